@@ -1,0 +1,31 @@
+# Talus. `make` prints the targets.
+JOBS ?= $(shell nproc)
+PRESET ?= release
+BUILD := build/$(PRESET)
+
+.PHONY: help setup build test demo cases bench docs clean
+
+help:
+	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
+	@echo "make test    install what is missing, build, run every test"
+	@echo "make build   build alone: the program is build/release/talus"
+	@echo "make cases   run every case in full (long)"
+	@echo "make bench   run the benchmark scenes beside the peers that are installed"
+	@echo "make docs    regenerate docs/scene.md and docs/results/ from the program"
+	@echo "make clean   remove build/"
+
+setup:
+	@scripts/setup.sh
+
+build:
+	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
+	@cmake --build $(BUILD) -j $(JOBS)
+
+test: setup build
+	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
+
+demo: setup build
+	@$(BUILD)/talus run cases/tirol-pier/scene.toml -o results/tirol-pier
+
+clean:
+	rm -rf build

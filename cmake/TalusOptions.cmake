@@ -1,0 +1,58 @@
+# Flags that every translation unit shares. One -march for all, because Eigen's alignment depends on it.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_POSITION_INDEPENDENT_CODE ON) # the structure and raster modules are loaded at run time
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+set(CMAKE_LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR})
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release)
+endif()
+
+set(TALUS_ARCH "x86-64-v3" CACHE STRING "Value of -march for all targets")
+option(TALUS_SANITIZE "Address and undefined-behaviour sanitizers" OFF)
+option(TALUS_TSAN "Thread sanitizer" OFF)
+option(TALUS_AUDIT "Keep assertions and NaN-poison derived data" OFF)
+option(TALUS_PROFILE "Frame pointers and debug symbols in an optimised build" OFF)
+
+set(CMAKE_CXX_FLAGS_RELEASE "-O2")
+set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g")
+add_compile_options(-march=${TALUS_ARCH} -Wall -Wextra -fno-math-errno $<$<COMPILE_LANGUAGE:CXX>:-Wno-psabi>)
+if(TALUS_SANITIZE)
+  add_compile_options(-fsanitize=address,undefined -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=address,undefined)
+endif()
+if(TALUS_TSAN)
+  add_compile_options(-fsanitize=thread -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=thread)
+endif()
+if(TALUS_AUDIT OR CMAKE_BUILD_TYPE STREQUAL "Debug")
+  add_compile_definitions(TALUS_AUDIT)
+endif()
+if(TALUS_PROFILE)
+  add_compile_options(-g -fno-omit-frame-pointer)
+endif()
+
+find_program(TALUS_MOLD mold)
+if(TALUS_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()
+add_link_options(-Wl,--as-needed)
+
+find_program(TALUS_CCACHE ccache)
+if(TALUS_CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${TALUS_CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${TALUS_CCACHE})
+endif()
+
+# talus_library(NAME dep...): a static library of every source in the calling folder, linked PRIVATE-ly where
+# possible; PUBLIC only for the folders whose headers it exposes (they are all header-include by src/ root).
+function(talus_library name)
+  file(GLOB sources CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/*.cpp)
+  add_library(talus_${name} STATIC ${sources})
+  target_include_directories(talus_${name} PUBLIC ${CMAKE_SOURCE_DIR}/src)
+  target_link_libraries(talus_${name} PUBLIC ${ARGN})
+  set_target_properties(talus_${name} PROPERTIES LINKER_LANGUAGE CXX)
+endfunction()

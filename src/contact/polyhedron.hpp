@@ -1,0 +1,51 @@
+/// Boundary of a closed polyhedron, convex or concave, in body axes about its centroid.
+///
+///   world vertex  x_v = c + F X_v,   F = R (I + eps)
+///
+/// symbol  meaning                                      unit  shape
+/// X       vertex positions in body axes                m     V x 3
+/// F       deformation gradient of the block            1     3 x 3
+///
+/// Faces are planar polygons (coplanar triangles already merged), counter-clockwise seen from outside.
+#pragma once
+#include <array>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace talus {
+
+struct Polyhedron {
+  std::vector<Vec3> vertices;                     // V
+  std::vector<int> face_offset;                   // F + 1, into face_vertices
+  std::vector<int> face_vertices;                 // vertex ids of all faces, outer loop only (faces with holes are split)
+  std::vector<std::array<int, 3>> triangles;      // T, triangulation of the faces, outward
+  std::vector<int> triangle_face;                 // T, the face each triangle belongs to
+  struct Edge {
+    int v0, v1;      // ordered as in face_left's loop
+    int left, right; // the two faces
+    double sine;     // > 0 convex edge, < 0 reentrant, sin of the angle between the outward normals
+  };
+  std::vector<Edge> edges;                        // E, only true edges (no edge between coplanar faces)
+  std::vector<Vec3> face_normals;                 // F, outward unit, body axes
+  std::vector<int> face_joint_set;                // F, index of the joint set that made it, -1 otherwise; may be empty
+  bool convex = false;
+  double radius = 0;    // largest |X|                       [m]
+  double inradius = 0;  // smallest distance centroid-face   [m]
+  int faces() const { return static_cast<int>(face_offset.size()) - 1; }
+};
+
+/// The pose of a polyhedron: what the contact search sees of a block.
+struct Pose {
+  Vec3 c = Vec3::Zero();       // centroid [m]
+  Mat3 F = Mat3::Identity();   // R (I + eps)
+  Vec3 world(const Vec3& X) const { return c + F * X; }
+};
+
+/// Builds faces, edges, normals and flags from a closed triangulation; merges coplanar neighbours (angle below
+/// `coplanar_sine`). Does not move vertices. Throws InputError naming the edge if the surface is open, badly oriented or
+/// self-touching (an edge used by other than two triangles).
+Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<std::array<int, 3>>& triangles,
+                           double coplanar_sine = 1e-9);
+
+}  // namespace talus

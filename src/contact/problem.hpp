@@ -1,0 +1,104 @@
+/// One convex contact problem: bodies with generalised velocities and contacts between them.
+///
+///   minimise over v:   1/2 (v - v_hat)^T A (v - v_hat) + sum_i  psi_i(J_i v + b_i)                  (C)
+///   optimality:        A (v - v_hat) = sum_i J_i^T p_i,
+///   per contact i:     u_i = J_i v + b_i (+ De Saxce shift mu |u_t| on the normal),
+///                      K* contains u_i + R_i p_i,  K contains p_i + q_i,  (u_i + R_i p_i) . (p_i + q_i) = 0
+///   with K the Coulomb cone { |p_t| <= mu p_n } and q_i = (tension impulse, 0, 0) shifting the apex.
+///
+/// symbol   meaning                                                              unit          shape
+/// v        generalised velocities at the end of the step                        m/s, rad/s    sum of ndof
+/// v_hat    the same without contact (free flow)                                  m/s, rad/s
+/// A        block-diagonal SPD generalised mass of the step                      kg, kg m^2    ndof x ndof per body
+/// J_i      contact-frame relative velocity, row 0 normal (opening > 0), rows 1-2 tangential    3 x ndof per touched body
+/// b_i      bias: restitution, gap / h, spring terms                             m/s           3
+/// R_i      diagonal compliance (0 = hard)                                       m/s per N s   3
+/// mu_i     friction coefficient; c_i cohesion impulse: |p_t| <= mu p_n + c_i    1, N s
+/// p_i      impulse on the second body along the normal frame                    N s           3
+///
+/// Friction regions: open (p = -q..0), stick, slip: the states of Table 1 of the rockfall paper. The convex problem alone is
+/// associated flow; exact Coulomb follows from the De Saxce shift [desaxce1998], which is on by default.
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/types.hpp"
+
+namespace talus::contact {
+
+struct ProblemBody {
+  int ndof = 6;      // 3 (a structure node), 6, 12, or any size (condensed structure)
+  int offset = 0;    // into the stacked v
+  const double* mass = nullptr;          // A, ndof x ndof, column major, SPD
+  const double* mass_inverse = nullptr;  // A^-1, ndof x ndof, column major
+};
+
+/// The Jacobian of one contact with respect to one body: 3 x ndof, column major, at `jacobian` in the pool.
+struct ContactTerm {
+  int body;
+  int jacobian;  // offset into ContactProblem::jacobians
+};
+
+struct ProblemContact {
+  int first_term = 0;       // into terms
+  int terms = 0;            // bodies touched (fixed partners have none)
+  Vec3 bias = Vec3::Zero();
+  Vec3 compliance = Vec3::Zero();
+  double friction = 0;
+  double cohesion = 0;      // impulse [N s]
+  double tension = 0;       // impulse [N s]
+  bool associated = false;  // true: leave the De Saxce shift out for this contact
+  Vec3 impulse = Vec3::Zero();  // in: warm start; out: solution
+};
+
+struct ContactProblem {
+  std::vector<ProblemBody> bodies;
+  std::vector<ProblemContact> contacts;
+  std::vector<ContactTerm> terms;
+  std::vector<double> jacobians;   // pool
+  std::vector<double> v_hat;       // in
+  std::vector<double> v;           // out
+  void clear();                    // keeps the capacity
+};
+
+struct SolveSettings {
+  double tolerance = 1e-10;        // on the exact-Coulomb residual, relative to `velocity_scale`
+  double velocity_scale = 1.0;     // [m/s]
+  bool exact_coulomb = true;       // De Saxce correction
+  int max_newton = 60;
+  int max_outer = 60;
+};
+
+/// How the problem was solved. Tiers: A warm semismooth Newton, B interior point or cold start, C De Saxce outer loop,
+/// E accepted convex solution (never silently).
+struct SolveReport {
+  bool converged = false;
+  char tier = 'A';
+  int newton = 0;              // Newton iterations (factorisations)
+  int sweeps = 0;              // Gauss-Seidel sweeps, if used
+  int outer = 0;               // proximal or De Saxce outer iterations
+  double residual = 0;         // exact-Coulomb residual, relative to velocity_scale
+  double convex_residual = 0;
+};
+
+/// Workspace that keeps factorisations' symbolic parts and buffers between calls. Not shared between threads.
+class ContactSolver {
+ public:
+  ContactSolver();
+  ~ContactSolver();
+  ContactSolver(ContactSolver&&) noexcept;
+  ContactSolver& operator=(ContactSolver&&) noexcept;
+  /// Fills problem.v and every contact's impulse. Deterministic: depends on the problem alone, never on earlier calls
+  /// (cached symbolic factors and buffers do not change a bit of the result) or on the thread count.
+  SolveReport solve(ContactProblem& problem, const SolveSettings& settings);
+
+ private:
+  struct Work;
+  Work* work_;
+};
+
+/// Exact-Coulomb (natural map) residual of a candidate solution, max over contacts, in m/s. For tests and reports.
+double coulomb_residual(const ContactProblem& problem, bool exact_coulomb);
+
+}  // namespace talus::contact

@@ -1,0 +1,154 @@
+/// A deformable structure as the coupled step sees it. Implemented by the finite-element module (src/fem), which is loaded
+/// at run time; nothing here names deal.II. One explicit sub-step of length h (central difference, lumped mass m):
+///
+///   predict:  v_hat = (v_{n-1/2} (1 - a) + h m^-1 (f_ext - f_int(x_n) - f_damp)) / (1 + a)     (no contact)
+///   joint contact problem over blocks and touched nodes, node mass m
+///   correct:  v_{n+1/2} = v_hat + m^-1 p,   x_{n+1} = x_n + h v_{n+1/2}
+#pragma once
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "contact/surface.hpp"
+#include "core/types.hpp"
+
+namespace talus {
+
+/// Everything that describes one structure; plain data, validated by the scene.
+struct StructureSpec {
+  std::string name;
+  std::string kind = "box";       // box, column, viaduct, mesh
+  int material = 0;               // contact material (index into the scene's materials)
+
+  // mechanical properties, SI
+  double density = 2450, young = 0, poisson = 0.2;
+  double f_cm = 0;                // mean compressive strength [Pa]; > 0: concrete, the rest derived (MC2010)
+  double tensile_strength = 0, fracture_energy = 0;  // 0: derived from f_cm   [Pa], [N/m]
+  std::string damage = "none";    // none, concrete, concrete-cdpm2
+  bool rate_effect = true;
+  bool erosion = true;
+
+  // geometry: the bounding parameters of each kind
+  Vec3 position = Vec3::Zero();   // box: centroid; column: centre of the base
+  Vec3 size = Vec3::Ones();       // box: full extents; column: (section x, section y, height)
+  Mat3 rotation = Mat3::Identity();
+  std::string section = "rectangular";  // column: rectangular, round, hollow
+  double wall_thickness = 0;      // hollow
+  std::string file;               // mesh: absolute path
+  std::vector<std::pair<std::string, double>> parameters;  // viaduct: named numbers (spans, span_length, pier_height...)
+  std::vector<Vec3> pier_bases;   // viaduct: terrain points under the piers, filled by the builder
+  double cell_size = 0;           // [m], 0 if cells are given
+  std::array<int, 3> cells{0, 0, 0};
+
+  // supports: "-x", "+z", ... faces of the bounding box, or explicit ones
+  struct Support {
+    std::string face;             // "-z" etc., or empty
+    std::string group;            // mesh group name, or empty
+    Box3 region;                  // used if face and group are empty
+    std::array<bool, 3> held{true, true, true};
+  };
+  std::vector<Support> supports;
+  bool gravity_preload = true;
+  double damping_ratio = 0;       // of the first mode
+  std::string rebar_file;         // absolute path, or empty
+  struct RebarRule { std::string kind; int bars = 0; double diameter = 0, cover = 0, spacing = 0, yield = 500e6, ultimate_strain = 0.05; };
+  std::vector<RebarRule> rebar_rules;
+
+  struct Probe { std::string name; Vec3 at; };
+  std::vector<Probe> probes;
+  struct Load {                   // prescribed traction on the surface patch inside region
+    Box3 region; Vec3 traction; std::vector<std::pair<double, double>> history;
+  };
+  std::vector<Load> loads;
+  Vec3 initial_velocity = Vec3::Zero();   // free bodies (a block as finite elements)
+  std::string integrator = "auto";        // auto, explicit, implicit, modal
+  double critical_step_fraction = 0.9;    // of the stable step
+};
+
+/// Energies and work since the start, J. Signs as in the ledger of interface.md: dissipation positive.
+struct StructureEnergy {
+  double kinetic = 0, elastic = 0, gravity_potential = 0;   // potential zero at z = 0 of the scene
+  double damping_work = 0, damage_work = 0, plastic_work = 0, bulk_viscosity_work = 0, eroded_energy = 0;
+  double external_work = 0;        // prescribed loads
+  double contact_work = 0;         // work done on the structure by contact impulses
+  Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the scene origin
+};
+
+/// A piece that came off; becomes a block. Momenta exact by construction.
+struct Fragment {
+  std::vector<Vec3> vertices;                    // world [m]
+  std::vector<std::array<int, 3>> triangles;     // outward
+  double mass = 0;                               // [kg]
+  Vec3 centroid = Vec3::Zero();
+  Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // angular about its centroid
+  double kinetic = 0;                            // what its nodes had [J]
+  double elastic = 0;                            // strain energy it took with it [J]
+};
+
+/// A node's share of a contact impulse over a sub-step.
+struct NodeImpulse { int node; Vec3 impulse; };  // [N s]
+
+class Structure {
+ public:
+  virtual ~Structure() = default;
+
+  virtual const TriangleSurface& surface() const = 0;     // skin; vertices and velocities follow the state
+  virtual double node_mass(int node) const = 0;           // lumped [kg]; infinity when fully held
+  virtual Vec3 node_position(int node) const = 0;
+  virtual Vec3 node_velocity(int node) const = 0;         // at the last half step
+  virtual std::array<bool, 3> node_held(int node) const = 0;
+
+  /// Stable explicit sub-step now [s].
+  virtual double critical_step() const = 0;
+  /// Computes v_hat for a sub-step of length h from the present state at time t; does not change the state.
+  virtual void predict(double t, double h) = 0;
+  virtual Vec3 predicted_velocity(int node) const = 0;    // v_hat [m/s]
+  /// Finishes the sub-step that predict() began.
+  virtual void correct(double t, double h, std::span<const NodeImpulse> impulses) = 0;
+  /// Advances without any contact from t to t + duration by the cheapest suitable scheme (modal, implicit or explicit
+  /// sub-steps); returns the name of the scheme used.
+  virtual std::string advance_alone(double t, double duration) = 0;
+
+  /// True if nothing would move it: no load, kinetic energy below 1e-8 of the reference, damage not growing.
+  virtual bool quiet() const = 0;
+  virtual StructureEnergy energy() const = 0;
+  virtual Vec3 base_force() const = 0;    // acting on the support [N]
+  virtual Vec3 base_moment() const = 0;   // about the first centroid of the supported nodes [N m]
+  virtual std::vector<Vec3> probe_displacements() const = 0;
+  virtual double damage_max() const = 0;
+  virtual double damaged_volume() const = 0;              // volume with damage > 0.5 [m^3]
+  virtual long dofs() const = 0;
+  virtual long elements() const = 0;
+  virtual std::string plan() const = 0;                   // what is computed and what is left out, one line per fact
+
+  /// Parts that lost their support since the last call; their mass has left the structure.
+  virtual std::vector<Fragment> take_fragments() = 0;
+
+  /// All history as plain doubles; restore() brings back the same bits.
+  virtual void save(std::vector<double>& state) const = 0;
+  virtual void restore(std::span<const double> state) = 0;
+
+  /// Nodal and cell fields for output: hexahedra (8 nodes, VTK order), displacement, velocity, damage per cell.
+  struct Snapshot {
+    std::vector<Vec3> nodes;               // reference positions
+    std::vector<std::array<int, 8>> hexes; // only live cells
+    std::vector<Vec3> displacement, velocity;      // per node
+    std::vector<double> damage_tension, damage_compression, stress_von_mises;  // per hex
+    std::vector<std::array<int, 2>> bars;  // rebar segments, nodes of their own positions
+    std::vector<Vec3> bar_points; std::vector<double> bar_strain;
+  };
+  virtual Snapshot snapshot() const = 0;
+};
+
+/// Signature of the function that the finite-element module exports as "talus_make_structure".
+/// gravity [m/s^2]; `report` receives lines for the log. Throws InputError (bad mesh, bars outside concrete...).
+using MakeStructure = Structure* (*)(const StructureSpec&, const Vec3& gravity, const std::function<void(const std::string&)>& report);
+
+/// Loads the module beside the executable (or in TALUS_MODULE_DIR) and makes a structure. The first call costs 0.2 to 0.3 s; a
+/// scene without a structure never calls it.
+std::unique_ptr<Structure> load_structure(const StructureSpec&, const Vec3& gravity, const std::function<void(const std::string&)>& report);
+
+}  // namespace talus

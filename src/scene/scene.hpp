@@ -1,0 +1,146 @@
+/// The scene as plain validated structs: every default filled in, SI, absolute paths. `read_scene` is the only way in.
+#pragma once
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contact/law.hpp"
+#include "contact/structure.hpp"
+#include "contact/surface.hpp"
+#include "core/error.hpp"
+#include "core/types.hpp"
+
+namespace talus::scene {
+
+struct Simulation {
+  double duration = 10;         // [s]
+  bool until_rest = false;
+  Vec3 gravity{0, 0, -9.81};
+  std::optional<double> accuracy;   // relative to block size; default 1e-3 if neither is given
+  std::optional<double> step;       // fixed step [s]
+  enum class Method { talus, dda1988 };
+  Method method = Method::talus;
+  int threads = 0;              // 0: all
+  bool sleeping = true;         // key simulation.sleeping
+  std::string initial_state;    // path of a previous results.h5, or empty
+  double min_step = 1e-9;       // [s]
+};
+
+struct Material {
+  std::string name;
+  double density = 0;           // [kg/m^3]
+  double young = 0;             // [Pa]; 0: rigid
+  double poisson = 0.25;
+  double f_cm = 0;              // [Pa]; > 0: concrete
+  double tensile_strength = 0, fracture_energy = 0;
+};
+
+/// Site: terrain file and its treatment; the mesh itself is built by geometry.
+struct Site {
+  std::string terrain;          // absolute path; empty: none
+  int material = 0;
+  bool two_sided = false;
+  double decimation_error = 0;  // [m], 0: none
+  std::optional<Box3> crop;     // in scene coordinates
+  std::string crs;
+  Vec3 origin = Vec3::Zero();   // map coordinates of the scene origin (subtracted from the terrain)
+  struct MaterialArea { std::string polygon_file; int material; };
+  std::vector<MaterialArea> material_areas;
+};
+
+struct Shape {
+  std::string kind = "box";     // box, tetrahedron, dodecahedron, icosahedron, sphere, EOTA111, EOTA221, convex, file
+  Vec3 size = Vec3::Zero();     // full extents; zero: not given
+  double diameter = 0;
+  int longitudes = 0, latitudes = 0;
+  std::vector<Vec3> vertices;   // convex
+  std::string file;             // absolute path
+  double volume = 0, mass = 0;  // > 0: scales the shape
+  unsigned seed = 0;            // random rocks
+  Vec3 aspect = Vec3::Ones();
+};
+
+struct Block {
+  std::string name;
+  int material = 0;
+  Shape shape;
+  std::optional<Vec3> position; // absent only for shape.kind == "file"
+  Mat3 rotation = Mat3::Identity();
+  Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
+  bool fixed = false;
+  std::vector<Vec3> fixed_points;
+  bool deformable = false;
+};
+
+struct JointSet {
+  std::string name;
+  double dip_direction = 0, dip = 0;   // [rad]
+  double spacing = 0;                  // [m]
+  std::optional<Vec3> origin;          // one plane passes through it
+  double persistence = 1;
+  double fisher = 0;                   // concentration; 0: no scatter
+  std::string spacing_distribution = "constant";  // constant, exponential, normal, lognormal
+  double spacing_deviation = 0;
+  unsigned seed = 1;
+  double bond_tension = 0, bond_shear = 0;        // rock bridges [Pa]
+};
+struct Joint {
+  std::string name;
+  double dip_direction = 0, dip = 0;
+  Vec3 through = Vec3::Zero();
+  double radius = 0;                   // 0: unbounded
+  std::vector<Vec3> polygon;           // bounded by a polygon instead
+};
+struct RockMass {
+  std::string region;                  // absolute path; empty: box
+  std::optional<Box3> box;
+  int material = 0;
+  std::vector<JointSet> joint_sets;
+  std::vector<Joint> joints;
+  double least_volume = 0;             // merge slivers below [m^3]
+  bool deformable = false;
+  std::string block_prefix = "R";
+};
+
+struct Coupling {
+  enum class Scheme { two_way, one_way, rigid };
+  Scheme scheme = Scheme::two_way;
+  bool strict = false;          // audit = "strict"
+  int exchanges_per_rise = 20;
+  bool fragments = true;
+};
+
+struct Output {
+  double interval = 0.05;             // fields [s]
+  double history_interval = 0.01;     // [s]
+  int checkpoint_steps = 0;           // 0: chosen
+  bool report = true;
+};
+
+/// One prescribed impact of `talus impact`, if the scene has an [impact] table.
+struct Scene {
+  int schema = 1;
+  std::string title;
+  std::string file;             // absolute path of the scene file
+  Simulation simulation;
+  std::optional<Site> site;
+  std::vector<Plane> planes;
+  std::vector<Material> materials;
+  ContactLaws laws;
+  std::vector<Block> blocks;
+  std::optional<RockMass> rock_mass;
+  std::vector<StructureSpec> structures;
+  Coupling coupling;
+  Output output;
+  std::vector<Problem> warnings;
+  std::string resolved_json;    // every default filled in, absolute paths with hashes
+};
+
+/// `--set KEY=VALUE` of the command line.
+using Overrides = std::vector<std::pair<std::string, std::string>>;
+
+/// Reads TOML (or scene.resolved.json) and validates everything at once. Throws InputError with all problems.
+Scene read_scene(const std::string& path, const Overrides& overrides = {});
+
+}  // namespace talus::scene

@@ -1,0 +1,82 @@
+/// What the recorder is handed: plain arrays in the order of interface.md. Produced by sim, written by io.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "contact/polyhedron.hpp"
+#include "contact/structure.hpp"
+#include "contact/surface.hpp"
+#include "core/types.hpp"
+
+namespace talus::sim {
+
+/// Fixed once at the start (and again when fragments are born: `blocks` grows at the end).
+struct RunHeader {
+  std::string title;
+  double duration = 0;
+  struct BlockInfo {
+    std::string name;
+    double mass = 0;
+    double volume = 0;
+    bool fixed = false;
+    bool fragment = false;
+    Polyhedron shape;          // body axes
+  };
+  std::vector<BlockInfo> blocks;
+  TriangleSurface terrain;     // empty if none (decimated for the report by io)
+  std::vector<Plane> planes;
+  struct StructureInfo { std::string name; std::vector<std::string> probes; std::vector<Vec3> probe_at; std::string plan; };
+  std::vector<StructureInfo> structures;
+  std::vector<std::string> materials;
+  std::vector<std::string> plan;   // what is computed and what is left out, one line per fact
+};
+
+/// Energies in J, cumulative work since the start; dissipation positive (interface.md).
+struct LedgerRow {
+  double kinetic = 0, potential = 0, strain = 0, contact = 0;
+  double friction_work = 0, damping_work = 0, damage_work = 0, algorithmic = 0, external_work = 0, residual = 0;
+  Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();
+};
+
+/// One instant of the histories. Arrays are per block in the header's order; NaN before birth.
+struct HistoryRow {
+  double time = 0;
+  std::vector<Vec3> position, velocity, spin;
+  std::vector<Eigen::Vector4d> orientation;     // w, x, y, z
+  std::vector<Vec6> strain;
+  std::vector<double> kinetic_translational, kinetic_rotational;
+  struct StructureRow { Vec3 base_force, base_moment; std::vector<Vec3> probe_displacement; double damage_max = 0, damaged_volume = 0; };
+  std::vector<StructureRow> structures;
+  LedgerRow ledger;
+};
+
+/// One contact on a structure in one coupled step; force acts on the structure, mean over (time - dt, time].
+struct ContactRow {
+  double time = 0, dt = 0;
+  int block = 0, structure = 0;
+  Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::Zero();
+  double area = 0;
+};
+
+/// Step statistics for the progress line, log and summary.
+struct RunCounters {
+  long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0;
+  long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
+  long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, structure_asleep = 0;
+  double worst_residual = 0;        // exact-Coulomb, relative
+  double worst_penetration = 0;     // [m]
+  double dt = 0;                    // last step [s]
+  int islands = 0, sleeping_blocks = 0;
+  double wall_seconds = 0, cpu_seconds = 0;
+};
+
+/// Audit of the interface between blocks and structures over the run.
+struct InterfaceAudit {
+  double worst_force_imbalance = 0;    // |F_blocks + F_structure| / max |F|
+  double worst_moment_imbalance = 0;
+  double impulse_defect = 0;           // |impulse - momentum change| / |impulse|
+  double work_on_blocks = 0, work_on_structure = 0;   // [J]
+  Vec3 impulse_on_structure = Vec3::Zero();           // [N s]
+};
+
+}  // namespace talus::sim
