@@ -1,0 +1,211 @@
+#include "dda/kinematics.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+namespace talus::dda {
+namespace {
+
+/// Symmetric basis tensors of the six strains, order of Eq. (1).
+const std::array<Mat3, 6>& strain_basis() {
+  static const std::array<Mat3, 6> basis = [] {
+    std::array<Mat3, 6> b;
+    for (int k = 0; k < 6; ++k) {
+      Vec6 e = Vec6::Zero();
+      e[k] = 1;
+      b[static_cast<std::size_t>(k)] = strain_tensor(e);
+    }
+    return b;
+  }();
+  return basis;
+}
+
+Vec3 axial(const Mat3& c) { return {c(1, 2) - c(2, 1), c(2, 0) - c(0, 2), c(0, 1) - c(1, 0)}; }
+
+Mat3 inertia_of(const Mat3& second_moment) {
+  return second_moment.trace() * Mat3::Identity() - second_moment;
+}
+
+/// Body-axes inertia of the strained block: its second moment is (I + eps) S (I + eps).
+Mat3 strained_inertia(const Model::Block& b, const Vec6& eps) {
+  const Mat3 g = Mat3::Identity() + strain_tensor(eps);
+  return inertia_of(g * b.second_moment * g.transpose());
+}
+
+}  // namespace
+
+Quat rotation_by(const Vec3& theta) {
+  const double angle = theta.norm();
+  if (angle < 1e-8) {
+    Quat q(1, 0.5 * theta.x(), 0.5 * theta.y(), 0.5 * theta.z());
+    return q.normalized();
+  }
+  const double half = 0.5 * angle, s = std::sin(half) / angle;
+  return Quat(std::cos(half), s * theta.x(), s * theta.y(), s * theta.z());
+}
+
+Eigen::Matrix<double, 3, 12> transformation(const Pose& pose, const Mat3& rotation, const Vec3& x) {
+  Eigen::Matrix<double, 3, 12> t;
+  const Vec3 r = x - pose.c;
+  const Vec3 X = pose.F.inverse() * r;
+  t.leftCols<3>().setIdentity();
+  t.middleCols<3>(3) = -skew(r);
+  for (int k = 0; k < 6; ++k) t.col(6 + k) = rotation * (strain_basis()[static_cast<std::size_t>(k)] * X);
+  return t;
+}
+
+Mat12 mass_matrix(const Model::Block& b, const Pose& pose, const Mat3& rotation) {
+  Mat12 m = Mat12::Zero();
+  m.diagonal().head<3>().setConstant(b.mass);
+  m.block<3, 3>(3, 3) = inertia_of(pose.F * b.second_moment * pose.F.transpose());
+  for (int k = 0; k < 6; ++k) {
+    const Mat3& e = strain_basis()[static_cast<std::size_t>(k)];
+    const Vec3 couple = axial(pose.F * b.second_moment * (rotation * e).transpose());
+    m.block<3, 1>(3, 6 + k) = couple;
+    m.block<1, 3>(6 + k, 3) = couple.transpose();
+    for (int l = 0; l < 6; ++l)
+      m(6 + k, 6 + l) = (e * b.second_moment * strain_basis()[static_cast<std::size_t>(l)]).trace();
+  }
+  return m;
+}
+
+Vec3 spin_momentum(const Model::Block& b, const State& s, int i) {
+  const auto k = static_cast<std::size_t>(i);
+  const Mat3 rotation = s.rotation(i);
+  if (!b.deformable) return rotation * (b.inertia * (rotation.transpose() * s.w[k]));
+  const Mat12 m = mass_matrix(b, pose(s, i), rotation);
+  return m.block<3, 3>(3, 3) * s.w[k] + m.block<3, 6>(3, 6) * s.eps_rate[k];
+}
+
+Quat rotate_free(const Model::Block&, const Mat3& body_inertia, const Quat& q, const Vec3& L, double h) {
+  // Principal axes; a block that is dynamically a sphere turns about a fixed axis.
+  Vec3 moments = body_inertia.diagonal();
+  Quat principal = Quat::Identity();
+  const double off = std::abs(body_inertia(0, 1)) + std::abs(body_inertia(0, 2)) + std::abs(body_inertia(1, 2));
+  if (off > 1e-14 * moments.maxCoeff()) {
+    Eigen::SelfAdjointEigenSolver<Mat3> eig;
+    eig.computeDirect(body_inertia);
+    Mat3 axes = eig.eigenvectors();
+    if (axes.determinant() < 0) axes.col(2) *= -1;
+    principal = Quat(axes);
+    moments = (axes.transpose() * body_inertia * axes).diagonal();
+  }
+  Quat r = q * principal;
+  Vec3 l = r.conjugate() * L;   // angular momentum in principal axes
+  if (moments.maxCoeff() - moments.minCoeff() < 1e-14 * moments.maxCoeff())
+    return (rotation_by(h * (L / moments[0])) * q).normalized();
+
+  const double spin = l.cwiseQuotient(moments).norm();
+  // Fourth-order composition of the Strang product; the sub-step keeps the error near round-off of the orientation.
+  const int substeps = std::max(1, static_cast<int>(std::ceil(spin * std::abs(h) / 0.04)));
+  const double dt = h / substeps;
+  static const double w1 = 1.0 / (2.0 - std::cbrt(2.0)), w0 = -std::cbrt(2.0) * w1;
+  const auto turn = [&](int axis, double angle_h) {
+    const double angle = angle_h * l[axis] / moments[axis];
+    const double c = std::cos(angle), sn = std::sin(angle);
+    const int j = (axis + 1) % 3, k = (axis + 2) % 3;
+    const double lj = l[j], lk = l[k];
+    l[j] = c * lj + sn * lk;    // R_axis(angle)^T l
+    l[k] = -sn * lj + c * lk;
+    Vec3 e = Vec3::Zero();
+    e[axis] = 1;
+    const double ch = std::cos(0.5 * angle), sh = std::sin(0.5 * angle);
+    r = r * Quat(ch, sh * e.x(), sh * e.y(), sh * e.z());
+  };
+  const auto strang = [&](double step) {
+    turn(0, 0.5 * step);
+    turn(1, 0.5 * step);
+    turn(2, step);
+    turn(1, 0.5 * step);
+    turn(0, 0.5 * step);
+  };
+  for (int n = 0; n < substeps; ++n) {
+    strang(w1 * dt);
+    strang(w0 * dt);
+    strang(w1 * dt);
+  }
+  return (r * principal.conjugate()).normalized();
+}
+
+FreeFlow free_flow(const Model& m, const State& s, int i, double h) {
+  const auto k = static_cast<std::size_t>(i);
+  const Model::Block& b = m.blocks[k];
+  FreeFlow f;
+  f.pose.c = s.c[k] + h * s.v[k] + (0.5 * h * h) * m.gravity;
+  f.velocity.setZero();
+  f.velocity.head<3>() = s.v[k] + h * m.gravity;
+  f.eps = s.eps[k];
+  f.mass.setZero();
+  f.inverse.setZero();
+  const Vec3 L = spin_momentum(b, s, i);
+
+  if (!b.deformable) {
+    f.q = s.w[k].isZero(0) ? s.q[k] : rotate_free(b, b.inertia, s.q[k], L, h);
+    f.rotation = f.q.toRotationMatrix();
+    f.pose.F = f.rotation;
+    if (!s.eps[k].isZero(0)) f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(s.eps[k]));
+    const Mat3 inertia = f.rotation * b.inertia * f.rotation.transpose();
+    const Mat3 inverse = inertia.inverse();
+    f.velocity.segment<3>(3) = s.w[k].isZero(0) ? Vec3(Vec3::Zero()) : Vec3(inverse * L);
+    f.mass.diagonal().head<3>().setConstant(b.mass);
+    f.mass.block<3, 3>(3, 3) = inertia;
+    f.inverse.diagonal().head<3>().setConstant(1 / b.mass);
+    f.inverse.block<3, 3>(3, 3) = inverse;
+    return f;
+  }
+
+  const Mat3 strained = strained_inertia(b, s.eps[k]);
+  f.q = rotate_free(b, strained, s.q[k], L, h);
+  f.rotation = f.q.toRotationMatrix();
+  const Mat3 start_rotation = s.rotation(i);
+  const Mat12 mass_start = mass_matrix(b, pose(s, i), start_rotation);
+  Pose end = f.pose;
+  end.F = f.rotation * (Mat3::Identity() + strain_tensor(s.eps[k]));
+  Mat12 mass = mass_matrix(b, end, f.rotation);
+
+  const Mat6 stiffness = b.volume * elastic_matrix(b.young, b.poisson);
+  const Mat6 dynamic = (0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
+  // Centrifugal force on the strains: the derivative of the rotational energy [J].
+  Vec6 centrifugal;
+  const Vec3 & w_now = s.w[k];
+  const Mat3 F0 = pose(s, i).F;
+  for (int j = 0; j < 6; ++j) {
+    const Mat3 c = F0 * b.second_moment * (start_rotation * strain_basis()[static_cast<std::size_t>(j)]).transpose();
+    centrifugal[j] = w_now.squaredNorm() * c.trace() - w_now.dot(c * w_now);
+  }
+  Vec12 rhs;
+  rhs.head<3>() = b.mass * f.velocity.head<3>();
+  rhs.segment<3>(3) = L;
+  rhs.tail<6>() = mass_start.block<6, 3>(6, 3) * s.w[k] + mass_start.block<6, 6>(6, 6) * s.eps_rate[k] +
+                  h * centrifugal - h * (stiffness * s.eps[k]) - dynamic * s.eps_rate[k];
+  f.mass = mass;
+  f.mass.block<6, 6>(6, 6) += dynamic;
+  f.inverse = f.mass.llt().solve(Mat12::Identity());
+  f.velocity = f.inverse * rhs;
+  f.eps = s.eps[k] + 0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()));
+  f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(f.eps));
+  return f;
+}
+
+void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse) {
+  const Model::Block& b = m.blocks[static_cast<std::size_t>(i)];
+  mass.setZero();
+  inverse.setZero();
+  const Mat3 rotation = s.rotation(i);
+  if (!b.deformable || frozen_strain) {
+    const Pose p = pose(s, i);
+    const Mat3 inertia = b.deformable ? inertia_of(p.F * b.second_moment * p.F.transpose())
+                                      : Mat3(rotation * b.inertia * rotation.transpose());
+    mass.diagonal().setOnes();
+    inverse.diagonal().tail<6>().setZero();
+    mass.diagonal().head<3>().setConstant(b.mass);
+    mass.block<3, 3>(3, 3) = inertia;
+    inverse.diagonal().head<3>().setConstant(1 / b.mass);
+    inverse.block<3, 3>(3, 3) = inertia.inverse();
+    return;
+  }
+  mass = mass_matrix(b, pose(s, i), rotation);
+  inverse = mass.llt().solve(Mat12::Identity());
+}
+
+}  // namespace talus::dda

@@ -1,0 +1,44 @@
+/// Kinematics and free flow of one block.
+///
+///   A = M + h^2 K / 4 + h C / 2         (strain by the trapezoidal rule, Kelvin-Voigt C = tau K)
+///   M = integral rho T^T T, its rotation and shear rows couple unless S is isotropic
+///   free flow: c by the parabola, L exact, R by a fourth-order composition of principal-axis rotations [mclachlan1993]
+#pragma once
+#include "dda/state.hpp"
+
+namespace talus::dda {
+
+/// Displacement transformation of Eq. (3) at world point x: velocity = T (v, w, epsdot), strain columns in body axes.
+Eigen::Matrix<double, 3, 12> transformation(const Pose& pose, const Mat3& rotation, const Vec3& x);
+
+/// Full mass matrix in the order (v, w, epsdot) [kg, kg m, kg m^2].
+Mat12 mass_matrix(const Model::Block& b, const Pose& pose, const Mat3& rotation);
+
+/// Angular momentum about the centroid, world axes [kg m^2/s].
+Vec3 spin_momentum(const Model::Block& b, const State& s, int i);
+
+/// The block after a time h without contact.
+struct FreeFlow {
+  Pose pose;            // at the end
+  Mat3 rotation;        // at the end
+  Quat q;
+  Vec6 eps;
+  Vec12 velocity;       // v_hat: generalised velocity at the end, (v, w, epsdot)
+  Mat12 mass;           // A at the end (6 x 6 upper left used for rigid blocks)
+  Mat12 inverse;        // A^-1
+  double damping_loss = 0;   // Kelvin-Voigt work over the step without contact [J]
+};
+
+/// `frozen_strain` leaves the strain out (impulses of no duration with restitution given).
+FreeFlow free_flow(const Model& m, const State& s, int i, double h);
+
+/// Mass and inverse for an impulse of no duration: M alone, strain rows decoupled and locked if `frozen_strain`.
+void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse);
+
+/// Torque-free rotation over h: q at the end for angular momentum L (world). Exact in L.
+Quat rotate_free(const Model::Block& b, const Mat3& body_inertia, const Quat& q, const Vec3& L, double h);
+
+/// Rotation by the vector theta [rad], as a quaternion.
+Quat rotation_by(const Vec3& theta);
+
+}  // namespace talus::dda
