@@ -1,0 +1,264 @@
+#include "core/units.hpp"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+namespace talus {
+namespace {
+
+struct Unit {
+  std::string_view name;
+  int ten;            // power of ten
+  double factor;      // what no power of ten can say
+  Dimension dimension;
+  bool prefixes;
+};
+
+constexpr double pi = std::numbers::pi;
+constexpr std::array<Unit, 24> units{{
+    {"m", 0, 1, {1, 0, 0, 0}, true},
+    {"g", -3, 1, {0, 1, 0, 0}, true},
+    {"t", 3, 1, {0, 1, 0, 0}, true},
+    {"s", 0, 1, {0, 0, 1, 0}, true},
+    {"min", 0, 60, {0, 0, 1, 0}, false},
+    {"h", 0, 3600, {0, 0, 1, 0}, false},
+    {"rad", 0, 1, {0, 0, 0, 1}, true},
+    {"deg", 0, pi / 180, {0, 0, 0, 1}, false},
+    {"\u00b0", 0, pi / 180, {0, 0, 0, 1}, false},
+    {"gon", 0, pi / 200, {0, 0, 0, 1}, false},
+    {"N", 0, 1, {1, 1, -2, 0}, true},
+    {"kgf", 0, 9.80665, {1, 1, -2, 0}, false},
+    {"Pa", 0, 1, {-1, 1, -2, 0}, true},
+    {"bar", 5, 1, {-1, 1, -2, 0}, true},
+    {"J", 0, 1, {2, 1, -2, 0}, true},
+    {"W", 0, 1, {2, 1, -3, 0}, true},
+    {"Hz", 0, 1, {0, 0, -1, 0}, true},
+    {"rpm", 0, pi / 30, {0, 0, -1, 1}, false},
+    {"l", -3, 1, {3, 0, 0, 0}, false},
+    {"L", -3, 1, {3, 0, 0, 0}, false},
+    {"ha", 4, 1, {2, 0, 0, 0}, false},
+    {"%", -2, 1, {0, 0, 0, 0}, false},
+    {"1", 0, 1, {0, 0, 0, 0}, false},
+    {"-", 0, 1, {0, 0, 0, 0}, false},
+}};
+
+constexpr std::array<std::pair<std::string_view, int>, 11> prefixes{{{"G", 9},
+                                                                     {"M", 6},
+                                                                     {"k", 3},
+                                                                     {"h", 2},
+                                                                     {"d", -1},
+                                                                     {"c", -2},
+                                                                     {"m", -3},
+                                                                     {"u", -6},
+                                                                     {"\u00b5", -6},
+                                                                     {"\u03bc", -6},
+                                                                     {"n", -9}}};
+
+bool find_unit(std::string_view text, Unit& found) {
+  for (const Unit& unit : units)
+    if (unit.name == text) {
+      found = unit;
+      return true;
+    }
+  for (const auto& [prefix, ten] : prefixes) {
+    if (text.size() <= prefix.size() || text.substr(0, prefix.size()) != prefix) continue;
+    for (const Unit& unit : units)
+      if (unit.prefixes && unit.name == text.substr(prefix.size())) {
+        found = unit;
+        found.ten += ten;
+        return true;
+      }
+  }
+  return false;
+}
+
+bool is_space(char c) { return c == ' ' || c == '\t'; }
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+/// Reads "^-2", "^2", "2", or a superscript after a unit name; 1 if there is none.
+bool read_exponent(std::string_view text, std::size_t& i, int& exponent) {
+  exponent = 1;
+  if (text.substr(i, 2) == "\u00b2") {
+    exponent = 2;
+    i += 2;
+    return true;
+  }
+  if (text.substr(i, 2) == "\u00b3") {
+    exponent = 3;
+    i += 2;
+    return true;
+  }
+  const bool caret = i < text.size() && text[i] == '^';
+  const bool stars = text.substr(i, 2) == "**";
+  if (caret) ++i;
+  if (stars) i += 2;
+  if (!caret && !stars && !(i < text.size() && is_digit(text[i]))) return true;
+  const char* first = text.data() + i;
+  const char* last = text.data() + text.size();
+  const auto [end, status] = std::from_chars(first, last, exponent);
+  if (status != std::errc{} || exponent == 0 || std::abs(exponent) > 9) return false;
+  i += static_cast<std::size_t>(end - first);
+  return true;
+}
+
+}  // namespace
+
+std::optional<Quantity> parse_quantity(std::string_view text, std::string& error) {
+  while (!text.empty() && is_space(text.front())) text.remove_prefix(1);
+  while (!text.empty() && is_space(text.back())) text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  const std::size_t sign = !text.empty() && text.front() == '-' ? 1 : 0;
+  if (text.size() <= sign || !(is_digit(text[sign]) || text[sign] == '.')) {
+    error = "does not start with a number";
+    return {};
+  }
+  double value = 0;
+  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (status != std::errc{}) {
+    error = status == std::errc::result_out_of_range ? "the number is too large or too small" : "does not start with a number";
+    return {};
+  }
+  const std::string number(text.data(), end);
+  const std::string_view rest = text.substr(number.size());
+
+  Quantity result;
+  int ten = 0;
+  double factor = 1;
+  std::size_t i = 0;
+  int sense = 1;  // -1 for the factor after a '/'
+  bool expect_unit = false;
+  while (i < rest.size()) {
+    const char c = rest[i];
+    if (is_space(c)) {
+      ++i;
+      continue;
+    }
+    if (c == '/' || c == '*' || c == '.' || rest.substr(i, 2) == "\u00b7") {
+      if (expect_unit || (i == 0 && c != '/')) {
+        error = fmt::format("a unit is missing in \"{}\"", rest);
+        return {};
+      }
+      sense = c == '/' ? -1 : 1;
+      expect_unit = true;
+      i += c == '/' || c == '*' || c == '.' ? 1 : 2;
+      continue;
+    }
+    const std::size_t start = i;
+    if (c == '1' || c == '-' || c == '%') {
+      ++i;
+    } else {
+      while (i < rest.size() && !is_space(rest[i]) && !is_digit(rest[i]) && rest[i] != '/' && rest[i] != '*' && rest[i] != '.' &&
+             rest[i] != '^' && rest.substr(i, 2) != "\u00b2" && rest.substr(i, 2) != "\u00b3" && rest.substr(i, 2) != "\u00b7")
+        ++i;
+    }
+    const std::string_view name = rest.substr(start, i - start);
+    Unit unit{};
+    if (name.empty() || !find_unit(name, unit)) {
+      error = fmt::format("unknown unit \"{}\"", name.empty() ? rest.substr(start) : name);
+      return {};
+    }
+    int exponent = 1;
+    if (!read_exponent(rest, i, exponent)) {
+      error = fmt::format("the exponent of \"{}\" is no whole number from -9 to 9", name);
+      return {};
+    }
+    exponent *= sense;
+    sense = 1;
+    expect_unit = false;
+    ten += unit.ten * exponent;
+    if (unit.factor != 1) factor *= std::pow(unit.factor, exponent);
+    result.dimension.m += unit.dimension.m * exponent;
+    result.dimension.kg += unit.dimension.kg * exponent;
+    result.dimension.s += unit.dimension.s * exponent;
+    result.dimension.rad += unit.dimension.rad * exponent;
+  }
+  if (expect_unit) {
+    error = fmt::format("a unit is missing at the end of \"{}\"", rest);
+    return {};
+  }
+  if (ten != 0) {
+    std::string mantissa = number;
+    int exponent = 0;
+    if (const auto e = mantissa.find_first_of("eE"); e != std::string::npos) {
+      const char* from = mantissa.data() + e + 1;
+      if (*from == '+') ++from;
+      std::from_chars(from, mantissa.data() + mantissa.size(), exponent);
+      mantissa.resize(e);
+    }
+    const std::string shifted = fmt::format("{}e{}", mantissa, exponent + ten);
+    const auto shift = std::from_chars(shifted.data(), shifted.data() + shifted.size(), value);
+    if (shift.ec != std::errc{}) {
+      error = "the number is too large or too small";
+      return {};
+    }
+  }
+  result.value = factor == 1 ? value : value * factor;
+  if (!std::isfinite(result.value)) {
+    error = "the number is too large or too small";
+    return {};
+  }
+  return result;
+}
+
+namespace {
+struct Named {
+  Dimension dimension;
+  std::string_view unit, what, example;
+};
+// Fracture energy and contact stiffness share N/m; the key's own text tells them apart.
+constexpr std::array<Named, 17> named{{
+    {dimension::number, "1", "a number", "0.4"},
+    {dimension::length, "m", "a length", "3.84 or \"3.84 m\" or \"25 mm\""},
+    {dimension::area, "m^2", "an area", "0.5 or \"0.5 m^2\""},
+    {dimension::volume, "m^3", "a volume", "115 or \"115 m^3\""},
+    {dimension::time, "s", "a time", "1e-3 or \"1 ms\""},
+    {dimension::mass, "kg", "a mass", "0.0448 or \"44.8 g\" or \"2.5 t\""},
+    {dimension::angle, "rad", "an angle", "\"28 deg\" or \"0.5 rad\""},
+    {dimension::velocity, "m/s", "a velocity", "25 or \"25 m/s\" or \"90 km/h\""},
+    {dimension::acceleration, "m/s^2", "an acceleration", "9.81 or \"9.81 m/s^2\""},
+    {dimension::angular_velocity, "rad/s", "an angular velocity", "2 or \"2 rad/s\" or \"90 deg/s\""},
+    {dimension::density, "kg/m^3", "a density", "2500 or \"2.5 t/m^3\""},
+    {dimension::pressure, "Pa", "a stress or modulus", "3e9 or \"30 GPa\" or \"2.5 MPa\""},
+    {dimension::force, "N", "a force", "1e6 or \"1 MN\""},
+    {dimension::stiffness, "N/m", "a force per length", "3e10 or \"30 GN/m\""},
+    {dimension::stiffness_per_area, "Pa/m", "a stress per length", "\"20 GPa/m\""},
+    {dimension::per_length, "1/m", "a number per length", "0.1 or \"0.1 1/m\""},
+    {Dimension{0, 0, -1, 0}, "1/s", "a frequency", "5 or \"5 Hz\""},
+}};
+
+void append_power(std::string& text, std::string_view base, int power) {
+  if (power == 0) return;
+  if (!text.empty()) text += ' ';
+  text += base;
+  if (power != 1) text += fmt::format("^{}", power);
+}
+}  // namespace
+
+std::string unit_name(Dimension dimension) {
+  for (const Named& entry : named)
+    if (entry.dimension == dimension) return std::string(entry.unit);
+  std::string text;
+  append_power(text, "kg", dimension.kg);
+  append_power(text, "m", dimension.m);
+  append_power(text, "s", dimension.s);
+  append_power(text, "rad", dimension.rad);
+  return text;
+}
+
+std::string describe(Dimension dimension) {
+  for (const Named& entry : named)
+    if (entry.dimension == dimension)
+      return dimension.none() ? fmt::format("{}, e.g. {}", entry.what, entry.example)
+                              : fmt::format("{} in {}, e.g. {}", entry.what, entry.unit, entry.example);
+  return "a quantity in " + unit_name(dimension);
+}
+
+std::string exact_text(double value) { return fmt::format("{}", value); }
+
+}  // namespace talus
