@@ -1,0 +1,62 @@
+/// What the blocks can touch, apart from each other: planes, terrain, structures. Null parts cost nothing.
+#pragma once
+#include <memory>
+#include <vector>
+
+#include "contact/detect.hpp"
+#include "contact/law.hpp"
+#include "contact/structure.hpp"
+#include "contact/surface.hpp"
+
+namespace talus::coupling {
+
+/// A structure in the coupled step. `fixed_surface`: scheme "rigid", the skin is a fixed obstacle.
+struct StructurePart {
+  std::unique_ptr<Structure> structure;
+  std::unique_ptr<contact::SurfaceIndex> index;
+  int material = 0;
+  bool fixed_surface = false;
+  bool lagging_index = false;   // skin moved since the last refit
+  double touch_stiffness = 0;   // extra normal compliance is 1 / this [N/m]; 0: none
+};
+
+struct Environment {
+  std::vector<Plane> planes;
+  std::unique_ptr<contact::SurfaceIndex> terrain;   // null: none
+  ContactLaws laws;
+  std::vector<StructurePart> structures;
+};
+
+/// Cumulative work since the start [J], dissipation positive. Each term is added where the loss happens.
+struct Ledger {
+  double friction_work = 0;   // - tangential impulse . mean slip velocity
+  double damping_work = 0;    // restitution losses of impacts and viscous damping
+  double algorithmic = 0;     // drift projection, implicit contact, position corrections
+  double contact = 0;         // energy now stored in contact springs (not cumulative)
+  double structure_contact_work = 0;   // work of contact impulses on structures
+  double blocks_contact_work = 0;      // work of the same impulses on blocks
+  Ledger& operator+=(const Ledger& o) {
+    friction_work += o.friction_work;
+    damping_work += o.damping_work;
+    algorithmic += o.algorithmic;
+    contact += o.contact;
+    structure_contact_work += o.structure_contact_work;
+    blocks_contact_work += o.blocks_contact_work;
+    return *this;
+  }
+};
+
+/// What a contact remembers between steps: warm start and shear spring. Plain data, part of the state.
+struct ContactMemory {
+  std::uint64_t partner = 0;    // kind and index of body A
+  std::uint64_t feature = 0;
+  Vec3 force = Vec3::Zero();    // mean force of the last step, world [N]
+  Vec3 shear = Vec3::Zero();    // elastic tangential displacement of B against A, world [m]
+  double normal_energy = 0;     // stored in the springs [J]
+  bool broken = false;          // cohesion and tension lost
+};
+
+/// Per block B, its contacts, sorted by (partner, feature).
+using ContactHistory = std::vector<std::vector<ContactMemory>>;
+
+}  // namespace talus::coupling

@@ -1,0 +1,151 @@
+#include "coupling/touch.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace talus::coupling {
+
+Mat3 contact_frame(const Vec3& n) {
+  // The axis least aligned with n gives the first tangent; the choice depends on n alone.
+  int k = 0;
+  n.cwiseAbs().minCoeff(&k);
+  Vec3 e = Vec3::Zero();
+  e[k] = 1;
+  Mat3 f;
+  f.col(0) = n;
+  f.col(1) = n.cross(e).normalized();
+  f.col(2) = n.cross(f.col(1));
+  return f;
+}
+
+Vec3 point_velocity(const dda::State& s, int block, const Vec3& x) {
+  const auto k = static_cast<std::size_t>(block);
+  Vec3 v = s.v[k] + s.w[k].cross(x - s.c[k]);
+  if (!s.eps_rate[k].isZero(0)) {
+    const Mat3 r = s.rotation(block);
+    const Vec3 X = dda::pose(s, block).F.inverse() * (x - s.c[k]);
+    v += r * (dda::strain_tensor(s.eps_rate[k]) * X);
+  }
+  return v;
+}
+
+SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
+  const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
+  const Vec3& a = surface.vertices[static_cast<std::size_t>(t[0])];
+  const Vec3& b = surface.vertices[static_cast<std::size_t>(t[1])];
+  const Vec3& c = surface.vertices[static_cast<std::size_t>(t[2])];
+  const Vec3 n = (b - a).cross(c - a);
+  const double area_sq = n.squaredNorm();
+  Vec3 l(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x)));
+  l /= area_sq;
+  l = l.cwiseMax(0.0);
+  l /= l.sum();
+  SurfaceWeights w;
+  for (int i = 0; i < 3; ++i) {
+    const auto& nodes = surface.nodes[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
+    for (int j = 0; j < nodes.count; ++j) {
+      const int node = nodes.node[static_cast<std::size_t>(j)];
+      const double weight = l[i] * nodes.weight[static_cast<std::size_t>(j)];
+      auto* end = w.node.begin() + w.count;
+      auto* found = std::find(w.node.begin(), end, node);
+      if (found == end) {
+        *end = node;
+        w.weight[static_cast<std::size_t>(w.count++)] = weight;
+      } else {
+        w.weight[static_cast<std::size_t>(found - w.node.begin())] += weight;
+      }
+    }
+  }
+  return w;
+}
+
+Vec3 partner_velocity(const dda::State& s, const Environment& env, const Partner& a, const contact::ContactPoint& at) {
+  if (a.kind == Partner::Kind::block) return point_velocity(s, a.index, at.point_a);
+  if (a.kind == Partner::Kind::structure) {
+    const StructurePart& part = env.structures[static_cast<std::size_t>(a.index)];
+    if (part.fixed_surface || at.face_a < 0) return Vec3::Zero();
+    const SurfaceWeights w = surface_weights(part.index->surface(), at.face_a, at.point_a);
+    Vec3 v = Vec3::Zero();
+    for (int i = 0; i < w.count; ++i)
+      v += w.weight[static_cast<std::size_t>(i)] * part.structure->node_velocity(w.node[static_cast<std::size_t>(i)]);
+    return v;
+  }
+  return Vec3::Zero();
+}
+
+namespace {
+
+int material_of(const dda::Model& m, const Environment& env, const Partner& a, int face) {
+  switch (a.kind) {
+    case Partner::Kind::block: return m.blocks[static_cast<std::size_t>(a.index)].material;
+    case Partner::Kind::plane: return env.planes[static_cast<std::size_t>(a.index)].material;
+    case Partner::Kind::terrain: {
+      const TriangleSurface& s = env.terrain->surface();
+      if (face >= 0 && !s.material.empty()) return s.material[static_cast<std::size_t>(face)];
+      return s.default_material;
+    }
+    case Partner::Kind::structure: return env.structures[static_cast<std::size_t>(a.index)].material;
+  }
+  return 0;
+}
+
+}  // namespace
+
+void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                  double margin, const ContactHistory& history, std::vector<Touch>& out) {
+  thread_local std::vector<contact::ContactPoint> points;
+  points.clear();
+  const auto kb = static_cast<std::size_t>(pair.b);
+  const Polyhedron& shape_b = *m.blocks[kb].shape;
+  const Pose pose_b = dda::pose(s, pair.b);
+  switch (pair.a.kind) {
+    case Partner::Kind::block:
+      contact::block_block(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, dda::pose(s, pair.a.index), shape_b, pose_b,
+                           margin, points);
+      break;
+    case Partner::Kind::plane:
+      contact::plane_block(env.planes[static_cast<std::size_t>(pair.a.index)], shape_b, pose_b, margin, points);
+      break;
+    case Partner::Kind::terrain: contact::surface_block(*env.terrain, shape_b, pose_b, margin, points); break;
+    case Partner::Kind::structure:
+      contact::surface_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
+      break;
+  }
+  const std::vector<ContactMemory>& memory = history[kb];
+  const std::uint64_t partner = pair.a.id();
+  for (const contact::ContactPoint& p : points) {
+    Touch t;
+    t.a = pair.a;
+    t.b = pair.b;
+    t.at = p;
+    t.law = &env.laws(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    const auto found = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, p.key),
+                                        [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
+                                          return c.partner != key.first ? c.partner < key.first : c.feature < key.second;
+                                        });
+    if (found != memory.end() && found->partner == partner && found->feature == p.key) {
+      t.warm = found->force;
+      t.shear = found->shear - p.normal * p.normal.dot(found->shear);
+      t.stored = found->normal_energy;
+      t.broken = found->broken;
+    }
+    switch (t.law->stiffness) {
+      case ContactLaw::Stiffness::hard: break;
+      case ContactLaw::Stiffness::per_contact:
+        t.stiffness = t.law->normal_stiffness;
+        t.shear_stiffness = t.law->shear_stiffness;
+        break;
+      case ContactLaw::Stiffness::per_area: {
+        // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
+        const double area = std::max(p.area, 0.01 * shape_b.inradius * shape_b.inradius);
+        t.stiffness = t.law->normal_stiffness * area;
+        t.shear_stiffness = t.law->shear_stiffness * area;
+        break;
+      }
+    }
+    t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
+    out.push_back(t);
+  }
+}
+
+}  // namespace talus::coupling

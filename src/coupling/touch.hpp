@@ -1,0 +1,76 @@
+/// One point where block B touches a partner A (another block, a plane, the terrain, the skin of a structure), found at
+/// the start of the step, and how the step treats it.
+///
+///   mode            gap law over the step of length h                                    position weight theta
+///   closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2 (trapezoid)
+///   end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
+///   spring_mean     p = -h k (g_n + g_np)/2 while h sqrt(k/m) < 0.5                      1/2
+///   spring_end      p = -h k g_np, its loss booked as algorithmic                        1
+///   bilateral       fixed point: u^+ = -drift                                            1/2
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "coupling/environment.hpp"
+#include "dda/state.hpp"
+
+namespace talus::coupling {
+
+struct Partner {
+  enum class Kind : std::uint8_t { block, plane, terrain, structure };
+  Kind kind = Kind::block;
+  int index = 0;
+  bool operator==(const Partner&) const = default;
+  std::uint64_t id() const { return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index); }
+};
+
+enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end };
+
+struct Touch {
+  Partner a;
+  int b = 0;                     // block
+  contact::ContactPoint at;      // gap > 0 open, normal out of A
+  const ContactLaw* law = nullptr;
+  Mode mode = Mode::idle;
+  double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
+  double stiffness = 0;          // k_n of this point [N/m], 0: hard
+  double shear_stiffness = 0;
+  Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
+  Vec3 warm = Vec3::Zero();      // last mean force, world [N]
+  double stored = 0;             // spring energy at the start [J]
+  bool broken = false;
+  // filled by the assembly
+  Vec3 normal = Vec3::UnitZ();   // at mid-step
+  Mat3 frame = Mat3::Identity(); // columns n, t1, t2 at mid-step
+  double theta = 0.5;
+  int row = -1;                  // contact index in the problem
+  Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
+};
+
+/// Deterministic right-handed frame with n as first column.
+Mat3 contact_frame(const Vec3& n);
+
+/// A candidate pair from the broad phase.
+struct CandidatePair {
+  Partner a;
+  int b = 0;
+};
+
+/// Appends all touches of the pair with gap <= margin at the present state.
+void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
+                  const ContactHistory&, std::vector<Touch>& out);
+
+/// Velocity of the material point of A or B at x (world) in the present state.
+Vec3 point_velocity(const dda::State&, int block, const Vec3& x);
+Vec3 partner_velocity(const dda::State&, const Environment&, const Partner&, const contact::ContactPoint&);
+
+/// Barycentric weights of x on triangle t of the surface, mapped to structure nodes (up to 3 x 4 entries).
+struct SurfaceWeights {
+  int count = 0;
+  std::array<int, 12> node{};
+  std::array<double, 12> weight{};
+};
+SurfaceWeights surface_weights(const TriangleSurface&, int triangle, const Vec3& x);
+
+}  // namespace talus::coupling
