@@ -29,6 +29,13 @@ struct Polyhedron {
   std::vector<Edge> edges;                        // E, only true edges (no edge between coplanar faces)
   std::vector<Vec3> face_normals;                 // F, outward unit, body axes
   std::vector<int> face_joint_set;                // F, index of the joint set that made it, -1 otherwise; may be empty
+  // Derived by make_polyhedron for the contact search.
+  std::vector<int> face_edges;          // parallel to face_vertices: the true edge from this vertex to the next, or -1
+  std::vector<int> vertex_edge_offset;  // V + 1, into vertex_edges
+  std::vector<int> vertex_edges;        // true edges at each vertex
+  std::vector<int> axis_faces;          // one face per distinct normal direction (opposite faces share one entry)
+  std::vector<int> axis_opposite;       // the opposite parallel face of that entry, -1 if none
+  std::vector<int> axis_edges;          // one edge per distinct edge direction
   bool convex = false;
   double radius = 0;    // largest |X|                       [m]
   double inradius = 0;  // smallest distance centroid-face   [m]
@@ -43,8 +50,9 @@ struct Pose {
 };
 
 /// Builds faces, edges, normals and flags from a closed triangulation; merges coplanar neighbours (angle below
-/// `coplanar_sine`). Does not move vertices. Throws InputError naming the edge if the surface is open, badly oriented or
-/// self-touching (an edge used by other than two triangles).
+/// `coplanar_sine`, or opposite vertices in plane to round-off). Does not move vertices; drops those that no triangle uses.
+/// Throws InputError naming the edge if the surface is open, badly oriented (also: inside out) or self-touching (an
+/// edge used by other than two triangles).
 Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<std::array<int, 3>>& triangles,
                            double coplanar_sine = 1e-9);
 
