@@ -1,0 +1,301 @@
+#include "fem/material_damage.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "fem/material_eigen.hpp"
+
+namespace talus::material {
+
+double CellFrame::extent(const std::array<double, 3>& n) const {
+  double sum = 0;
+  for (const auto& e : edge) sum += std::abs(e[0] * n[0] + e[1] * n[1] + e[2] * n[2]);
+  return sum;
+}
+
+std::array<double, 3> principal_direction(const Sym& s, double value) {
+  // Rows of s - value I span the plane normal to the direction: their largest cross product gives it; if all vanish the value is
+  // repeated and a vector normal to the largest row, or any vector, is one.
+  const double rows[3][3] = {{s[0] - value, s[5], s[4]}, {s[5], s[1] - value, s[3]}, {s[4], s[3], s[2] - value}};
+  double scale = 0;
+  for (const auto& r : rows)
+    for (const double x : r) scale = std::max(scale, std::abs(x));
+  if (scale == 0) return {1, 0, 0};
+  std::array<double, 3> best{};
+  double largest = 0;
+  const auto offer = [&](const double* a, const double* b) {
+    const std::array<double, 3> c{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+    const double sq = c[0] * c[0] + c[1] * c[1] + c[2] * c[2];
+    if (sq > largest) {
+      largest = sq;
+      best = c;
+    }
+  };
+  offer(rows[0], rows[1]);
+  offer(rows[1], rows[2]);
+  offer(rows[2], rows[0]);
+  if (largest < 1e-14 * scale * scale * scale * scale) {
+    int row = 0;
+    double norm = 0;
+    for (int i = 0; i < 3; ++i) {
+      const double sq = rows[i][0] * rows[i][0] + rows[i][1] * rows[i][1] + rows[i][2] * rows[i][2];
+      if (sq > norm) {
+        norm = sq;
+        row = i;
+      }
+    }
+    largest = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      double unit[3] = {0, 0, 0};
+      unit[axis] = 1;
+      offer(rows[row], unit);
+    }
+  }
+  const double length = std::sqrt(largest);
+  return {best[0] / length, best[1] / length, best[2] / length};
+}
+
+std::array<double, 2> extreme_rates(const Sym& rate) {
+  const double tensor[6] = {rate[0], rate[1], rate[2], 0.5 * rate[3], 0.5 * rate[4], 0.5 * rate[5]};
+  const auto v = principal_values(tensor);
+  return {v.first, v.third};
+}
+
+ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
+  const Concrete& c = p.concrete;
+  std::vector<Problem> problems;
+  const auto require = [&](bool good, const char* key, double value, const char* rule, const char* remedy) {
+    if (good) return;
+    Problem problem;
+    problem.key = key;
+    problem.value = fmt::format("{:g}", value);
+    problem.rule = rule;
+    problem.remedy = remedy;
+    problems.push_back(problem);
+  };
+  require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
+  require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
+  require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
+  require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
+  require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive", "derive it from f_cm");
+  require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E", "derive it from f_cm");
+  require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1", "1.16 after Kupfer");
+  require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit, "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
+  require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5 keeps G_F");
+  require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
+  if (!problems.empty()) throw InputError(problems);
+
+  young_ = c.young;
+  poisson_ = c.poisson;
+  lambda_ = young_ * poisson_ / ((1 + poisson_) * (1 - 2 * poisson_));
+  mu_ = young_ / (2 * (1 + poisson_));
+  f_t_ = c.f_t;
+  f_c_ = c.f_cm;
+  f_c0_ = p.elastic_limit * f_c_;
+  stress_peak_ = young_ * c.eps_c1;
+  const double root2 = std::sqrt(2.0);
+  k_oct_ = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
+  tau_scale_ = 3 / (root2 - k_oct_);
+  k_curve_ = (stress_peak_ - f_c0_) / (f_c_ - f_c0_);
+  inverse_span_ = 1 / (stress_peak_ - f_c0_);
+  // tau_t^2 <= E eps:C:eps for nu >= 0. tau_c <= tau_scale t_oct, t_oct^2 <= |s|^2/3, |s|^2 <= E eps:C:eps / (1 - 2 nu).
+  const double reach = tau_scale_ * tau_scale_ / (3 * (1 - 2 * poisson_));
+  elastic_bound_ = std::min(f_t_ * f_t_, f_c0_ * f_c0_ / reach) / young_;
+}
+
+double ConcreteDamage::largest_cell() const { return snapback_limit(young_, f_t_, p_.concrete.fracture_energy); }
+
+double ConcreteDamage::crack_length(double f_t, double b_t) const {
+  if (!(f_t > 0) || !(b_t > 0)) return 0;
+  return p_.concrete.fracture_energy / (f_t * (1 / (young_ * b_t) + f_t / (2 * young_)));
+}
+
+double ConcreteDamage::crack_opening(double f_t, double b_t, double d_t, double largest_strain) const {
+  return crack_length(f_t, b_t) * d_t * std::max(0.0, largest_strain);
+}
+
+template <class R>
+struct ConcreteDamage::Lanes {
+  R r_t, f_t, b_t, d_t, r_c, dif_c, b_c, d_c;
+};
+
+template <class R>
+inline R ConcreteDamage::damage_tension(R r, R f_t, R b_t) const {
+  return minimum(1.0 - f_t / r * exponential(b_t * (f_t - r)), spread(p_.cap, r));
+}
+
+template <class R>
+inline R ConcreteDamage::damage_compression(R r, R dif, R b_c) const {
+  const R s = r / dif;  // quasi-static equivalent, E eps
+  const R x = (s - f_c0_) * inverse_span_;
+  const R rising = f_c0_ + (f_c_ - f_c0_) * (k_curve_ * x - x * x) / (1.0 + (k_curve_ - 2) * x);
+  const R falling = f_c_ * exponential(b_c * (stress_peak_ - s));
+  return minimum(1.0 - select(x < 1.0, rising, falling) / s, spread(p_.cap, r));
+}
+
+void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const {
+  const double g_f = p_.concrete.fracture_energy;
+  const double limit = largest_cell();
+  const double l = std::min(cell.extent(principal_direction(stress, largest)), 0.98 * limit);
+  double factor = 1;
+  if (rate && p_.rate_effect) {
+    const double without_snapback = std::sqrt(std::max(1.0, 0.9 * limit / l));
+    factor = std::clamp(rate_factor_tension(std::max(0.0, extreme_rates(*rate)[0])), 1.0, without_snapback);
+  }
+  const double f = factor * f_t_;
+  if (tau <= f) return;
+  s.f_t = f;
+  s.b_t = 1 / (young_ * (g_f / (l * f) - f / (2 * young_)));
+  s.r_t = f;
+}
+
+void ConcreteDamage::start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const {
+  double factor = 1;
+  if (rate && p_.rate_effect)
+    factor = std::clamp(rate_factor_compression(std::max(0.0, -extreme_rates(*rate)[1])), 1.0, p_.rate_cap_compression);
+  if (tau <= factor * f_c0_) return;
+  const double l = cell.extent(principal_direction(stress, least));
+  s.dif_c = factor;
+  s.b_c = l * f_c_ * factor * factor / (young_ * p_.concrete.crushing_energy);
+  s.r_c = factor * f_c0_;
+}
+
+namespace {
+inline double lane(double v, int) { return v; }
+inline double lane(const V4& v, int i) { return v[i]; }
+inline void set_lane(double& v, int, double x) { v = x; }
+inline void set_lane(V4& v, int i, double x) { v[i] = x; }
+template <class R> constexpr int width = 1;
+template <> constexpr int width<V4> = 4;
+}  // namespace
+
+template <class R, class Rate>
+inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
+                                                                  R (&stress)[6], R& energy, R& dissipation) const {
+  const R volumetric = lambda_ * (strain[0] + strain[1] + strain[2]);
+  R effective[6];
+  for (int i = 0; i < 3; ++i) effective[i] = volumetric + 2 * mu_ * strain[i];
+  for (int i = 3; i < 6; ++i) effective[i] = mu_ * strain[i];
+
+  const auto v = principal_values(effective);
+  const R zero = spread(0.0, v.first);
+  const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
+  const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
+  const R sum = p1 + p2 + p3;
+  const R tau_t = square_root(maximum((1 + poisson_) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson_ * (sum * sum), zero));
+  const R octahedral = square_root((n1 - n2) * (n1 - n2) + (n2 - n3) * (n2 - n3) + (n3 - n1) * (n3 - n1));
+  const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * (n1 + n2 + n3) + octahedral), zero);
+
+  const auto fresh_t = (s.r_t == 0.0) & (tau_t > f_t_);
+  const auto fresh_c = (s.r_c == 0.0) & (tau_c > f_c0_);
+  if (any(fresh_t | fresh_c)) {  // rare, lane by lane: strength and cell extent are frozen here
+    for (int i = 0; i < width<R>; ++i) {
+      const Sym here{lane(effective[0], i), lane(effective[1], i), lane(effective[2], i), lane(effective[3], i), lane(effective[4], i), lane(effective[5], i)};
+      Sym speed;
+      const Sym* const speed_or_null = rate(i, speed) ? &speed : nullptr;
+      State one;
+      if (lane(s.r_t, i) == 0 && lane(tau_t, i) > f_t_) {
+        start_tension(here, lane(tau_t, i), lane(v.first, i), speed_or_null, cell, one);
+        set_lane(s.r_t, i, one.r_t);
+        set_lane(s.f_t, i, one.f_t);
+        set_lane(s.b_t, i, one.b_t);
+      }
+      if (lane(s.r_c, i) == 0 && lane(tau_c, i) > f_c0_) {
+        start_compression(here, lane(tau_c, i), lane(v.third, i), speed_or_null, cell, one);
+        set_lane(s.r_c, i, one.r_c);
+        set_lane(s.dif_c, i, one.dif_c);
+        set_lane(s.b_c, i, one.b_c);
+      }
+    }
+  }
+  const auto grow_t = (s.r_t > 0.0) & (tau_t > s.r_t);
+  const auto grow_c = (s.r_c > 0.0) & (tau_c > s.r_c);
+  R loss_t = zero, loss_c = zero;  // mean over the step of r^2/tau^2 times the growth of damage
+  const bool grows_t = any(grow_t), grows_c = any(grow_c);
+  if (grows_t) {
+    const R one = spread(1.0, zero);
+    const R r = select(grow_t, tau_t, one);
+    const R d = select(grow_t, maximum(damage_tension(r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t), s.d_t);
+    loss_t = (d - s.d_t) * (0.5 + 0.5 * (s.r_t * s.r_t) / (r * r));
+    s.d_t = d;
+    s.r_t = select(grow_t, tau_t, s.r_t);
+  }
+  if (grows_c) {
+    const R one = spread(1.0, zero);
+    const R r = select(grow_c, tau_c, spread(f_c0_, zero));
+    const R d = select(grow_c, maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c), s.d_c);
+    loss_c = (d - s.d_c) * (0.5 + 0.5 * (s.r_c * s.r_c) / (r * r));
+    s.d_c = d;
+    s.r_c = select(grow_c, tau_c, s.r_c);
+  }
+  R plus[6];
+  positive_part(effective, v, plus);
+  R stored_plus = zero, stored = zero, work = zero;
+  for (int i = 0; i < 6; ++i) {
+    const R minus = effective[i] - plus[i];
+    stress[i] = effective[i] - s.d_t * plus[i] - s.d_c * minus;
+    stored_plus = stored_plus + plus[i] * strain[i];
+    stored = stored + effective[i] * strain[i];
+    work = work + stress[i] * strain[i];
+  }
+  energy = 0.5 * work;
+  dissipation = 0.5 * (maximum(stored_plus, zero) * loss_t + maximum(stored - stored_plus, zero) * loss_c);
+  return grows_t || grows_c;
+}
+
+Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const {
+  Lanes<double> s{old.r_t, old.f_t, old.b_t, old.d_t, old.r_c, old.dif_c, old.b_c, old.d_c};
+  const double e[6] = {strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]};
+  double stress[6];
+  Response out;
+  point(e, s, p_.cell, [&](int, Sym& speed) { speed = rate; return true; }, stress, out.energy, out.dissipation);
+  std::copy(stress, stress + 6, out.stress.begin());
+  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c};
+  return out;
+}
+
+bool ConcreteDamage::stress8(const double* strain, const double* rate, const CellFrame& cell, const DamageCell& old, DamageCell& next,
+                             double* stress, double* energy, double* dissipation) const {
+  bool grew = false;
+  for (int half = 0; half < 8; half += 4) {
+    V4 e[6], out[6], stored, lost;
+    for (int i = 0; i < 6; ++i) e[i] = load4(strain + 8 * i + half);
+    Lanes<V4> s{load4(old.r_t + half), load4(old.f_t + half), load4(old.b_t + half), load4(old.d_t + half),
+                load4(old.r_c + half), load4(old.dif_c + half), load4(old.b_c + half), load4(old.d_c + half)};
+    const auto speed_of = [&](int i, Sym& speed) {
+      if (!rate) return false;
+      for (int k = 0; k < 6; ++k) speed[k] = rate[8 * k + half + i];
+      return true;
+    };
+    const bool grows = point(e, s, cell, speed_of, out, stored, lost);
+    grew = grew || grows;
+    for (int i = 0; i < 6; ++i) store4(stress + 8 * i + half, out[i]);
+    if (energy) store4(energy + half, stored);
+    if (dissipation) store4(dissipation + half, lost);
+    if (grows || &old != &next) {
+      store4(next.r_t + half, s.r_t);
+      store4(next.f_t + half, s.f_t);
+      store4(next.b_t + half, s.b_t);
+      store4(next.d_t + half, s.d_t);
+      store4(next.r_c + half, s.r_c);
+      store4(next.dif_c + half, s.dif_c);
+      store4(next.b_c + half, s.b_c);
+      store4(next.d_c + half, s.d_c);
+    }
+  }
+  return grew;
+}
+
+double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l) {
+  const Concrete& c = p.concrete;
+  const double f_0 = p.elastic_limit * c.f_cm, eps_0 = f_0 / c.young;
+  if (eps <= eps_0) return c.young * eps;
+  if (eps >= c.eps_c1) return c.f_cm * std::exp(-(eps - c.eps_c1) * l * c.f_cm / c.crushing_energy);
+  const double x = (eps - eps_0) / (c.eps_c1 - eps_0), k = c.young * (c.eps_c1 - eps_0) / (c.f_cm - f_0);
+  return f_0 + (c.f_cm - f_0) * (k * x - x * x) / (1 + (k - 2) * x);
+}
+
+}  // namespace talus::material

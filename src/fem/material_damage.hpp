@@ -1,0 +1,103 @@
+/// Two-scalar damage of concrete with crack band and unilateral effect [faria1998, cervera2017].
+///
+///   s = C : eps = s+ + s-              effective stress, split by the sign of its principal values
+///   sigma = (1 - d_t) s+ + (1 - d_c) s-
+///   tau_t = sqrt(E s+ : C^-1 : s+)                                     uniaxial tension: tau_t = E eps
+///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)    uniaxial compression: tau_c = E |eps|
+///   r = max over time of tau, never below the strength
+///   d_t = 1 - (f_t / r_t) exp(-(r_t - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E)
+///   d_c = 1 - sigma_c(r_c / E) / r_c,  sigma_c: elastic to f_c0; then the Model Code 2010 form [mc2010, 5.1-26]
+///         f_c0 + (f_c - f_c0) (k x - x^2) / (1 + (k - 2) x),  x = (eps - eps_0) / (eps_c1 - eps_0),
+///         k = E (eps_c1 - eps_0) / (f_c - f_c0), which leaves the elastic line smoothly and peaks at (eps_c1, f_c);
+///         beyond it f_c exp(-(eps - eps_c1) l f_c / G_c)
+///
+/// symbol   meaning                                                             unit    shape
+/// l        extent of the cell along the crack normal, frozen when damage starts  m       1
+/// d_t d_c  damage, at most 1 - 1e-5 (a cap of 0.999 loses 6 to 15 % of G_F)      -       1
+/// beta     equibiaxial over uniaxial compressive strength                        -       1
+///
+/// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none
+/// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
+/// of the model already gives the rest. Compression scales stress and strain together, so that E stays.
+///
+/// Energy: stored energy 1/2 sigma : eps; dissipation 1/2 s+ : eps dd_t + 1/2 s- : eps dd_c, integrated with the mean of r^2 over the
+/// step, exact to second order. For nu > 0 the split stress is not the gradient of an energy when both signs meet in one point with
+/// different damage [carol1996]: a closed strain path can then return a little more or less work than it took. A ledger that has
+/// to close books internal work minus the change of stored energy.
+#pragma once
+#include "fem/material_mc2010.hpp"
+#include "fem/material_types.hpp"
+
+namespace talus::material {
+
+/// Edge vectors of a hexahedron between opposite faces [m]; its extent along n is sum |e_k . n|.
+struct CellFrame {
+  double edge[3][3];
+  static CellFrame cube(double h) { return {{{h, 0, 0}, {0, h, 0}, {0, 0, h}}}; }
+  double extent(const std::array<double, 3>& n) const;
+};
+
+/// History of eight points, one array per quantity (512 bytes, plain doubles). All zero: never damaged.
+struct DamageCell {
+  double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
+  double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
+};
+static_assert(sizeof(DamageCell) == 64 * sizeof(double));
+
+class ConcreteDamage {
+ public:
+  struct Parameters {
+    Concrete concrete;
+    CellFrame cell = CellFrame::cube(0.1);  ///< used by the call for one point; stress8 takes the cell of the element
+    double elastic_limit = 0.2;             ///< f_c0 / f_c, (0, 0.6]
+    double cap = 1 - 1e-5;                  ///< largest damage
+    bool rate_effect = true;
+    double rate_cap_compression = 1.25;
+  };
+  /// One point, as in DamageCell.
+  struct State {
+    double r_t = 0, f_t = 0, b_t = 0, d_t = 0, r_c = 0, dif_c = 0, b_c = 0, d_c = 0;
+  };
+
+  /// Throws InputError if parameters are out of range.
+  explicit ConcreteDamage(const Parameters& p);
+  const Parameters& parameters() const { return p_; }
+
+  Response operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const;
+
+  /// Eight points of one element. strain, rate, stress: [6][8], component by component; rate may be null (quasi-static);
+  /// energy, dissipation: [8] or null. Returns true if damage grew anywhere. `next` may be `old`.
+  bool stress8(const double* strain, const double* rate, const CellFrame& cell, const DamageCell& old, DamageCell& next,
+               double* stress, double* energy, double* dissipation) const;
+
+  /// No undamaged point can reach a threshold while eps : C : eps stays below this [J/m^3]: such an element need not call the law.
+  double elastic_bound() const { return elastic_bound_; }
+  /// Largest extent for which tension does not snap back, quasi-static [m].
+  double largest_cell() const;
+  /// Extent l that a damaged point has frozen [m]; 0 if undamaged.
+  double crack_length(double f_t, double b_t) const;
+  /// Crack opening w = l d_t eps_1 [m] from the largest principal strain.
+  double crack_opening(double f_t, double b_t, double d_t, double largest_strain) const;
+
+ private:
+  template <class R> struct Lanes;
+  template <class R, class Rate>
+  bool point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate, R (&stress)[6], R& energy, R& dissipation) const;
+  void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
+  void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
+  template <class R> R damage_tension(R r, R f_t, R b_t) const;
+  template <class R> R damage_compression(R r, R dif, R b_c) const;
+
+  Parameters p_;
+  double lambda_ = 0, mu_ = 0, young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
+  double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
+};
+static_assert(Law<ConcreteDamage>);
+
+/// Stress of a monotonic uniaxial compression test at strain magnitude eps in a cell of extent l [Pa, positive].
+double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l);
+
+/// Largest and least principal value of a strain rate (engineering shears).
+std::array<double, 2> extreme_rates(const Sym& rate);
+
+}  // namespace talus::material

@@ -1,0 +1,73 @@
+/// Four doubles at once with the vector extension of the compiler, and the same operations for one double, so that a kernel is
+/// written once. No alignment is assumed in memory: load and store go through memcpy.
+#pragma once
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+namespace talus::material {
+
+typedef double V4 __attribute__((vector_size(32)));
+typedef std::int64_t M4 __attribute__((vector_size(32)));
+
+inline V4 load4(const double* p) { V4 v; std::memcpy(&v, p, sizeof v); return v; }
+inline void store4(double* p, V4 v) { std::memcpy(p, &v, sizeof v); }
+
+inline V4 spread(double a, V4) { return V4{a, a, a, a}; }
+inline double spread(double a, double) { return a; }
+
+inline V4 select(M4 mask, V4 a, V4 b) { return mask ? a : b; }
+inline double select(bool mask, double a, double b) { return mask ? a : b; }
+inline V4 maximum(V4 a, V4 b) { return a > b ? a : b; }
+inline double maximum(double a, double b) { return a > b ? a : b; }
+inline V4 minimum(V4 a, V4 b) { return a < b ? a : b; }
+inline double minimum(double a, double b) { return a < b ? a : b; }
+inline bool any(M4 m) { return (m[0] | m[1] | m[2] | m[3]) != 0; }
+inline bool any(bool m) { return m; }
+
+inline double square_root(double a) { return std::sqrt(a); }
+inline V4 square_root(V4 a) {
+#ifdef __AVX__
+  return __builtin_ia32_sqrtpd256(a);
+#else
+  return V4{std::sqrt(a[0]), std::sqrt(a[1]), std::sqrt(a[2]), std::sqrt(a[3])};
+#endif
+}
+
+namespace detail {
+inline double scale_by_power(double shifted, double y) {
+  return y * std::bit_cast<double>((std::bit_cast<std::int64_t>(shifted) + 1023) << 52);
+}
+inline V4 scale_by_power(V4 shifted, V4 y) {
+  const M4 bits = (M4)shifted + 1023;
+  return y * (V4)(bits << 52);
+}
+}  // namespace detail
+
+/// exp(x) for x in [-700, 0] (clamped to it), relative error below 4e-16: x = n ln 2 + r, Taylor series of degree 13 in r.
+template <class R>
+inline R exponential(R x) {
+  x = maximum(minimum(x, spread(0.0, x)), spread(-700.0, x));
+  constexpr double magic = 0x1.8p52;  // adding it rounds to an integer that stands in the low bits
+  const R shifted = x * 1.4426950408889634 + magic;
+  const R n = shifted - magic;
+  const R r = (x - n * 0x1.62e42fefa0000p-1) - n * 0x1.cf79abc9e3b3ap-40;
+  R p = spread(1.0 / 6227020800.0, x);
+  p = p * r + 1.0 / 479001600.0;
+  p = p * r + 1.0 / 39916800.0;
+  p = p * r + 1.0 / 3628800.0;
+  p = p * r + 1.0 / 362880.0;
+  p = p * r + 1.0 / 40320.0;
+  p = p * r + 1.0 / 5040.0;
+  p = p * r + 1.0 / 720.0;
+  p = p * r + 1.0 / 120.0;
+  p = p * r + 1.0 / 24.0;
+  p = p * r + 1.0 / 6.0;
+  p = p * r + 0.5;
+  p = p * r + 1.0;
+  p = p * r + 1.0;
+  return detail::scale_by_power(shifted, p);
+}
+
+}  // namespace talus::material

@@ -1,0 +1,133 @@
+/// What every law must satisfy, one set of tests for all of them.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <vector>
+
+#include "core/error.hpp"
+#include "drive.hpp"
+#include "fem/material_damage.hpp"
+#include "fem/material_elastic.hpp"
+
+namespace talus::material {
+namespace {
+
+template <class L>
+struct Sample;
+
+template <>
+struct Sample<Elastic> {
+  static Elastic::Parameters good() { return {30e9, 0.2}; }
+  static std::vector<Elastic::Parameters> bad() { return {{0, 0.2}, {-1, 0.2}, {30e9, 0.5}, {30e9, -1}, {std::nan(""), 0.2}, {30e9, std::nan("")}}; }
+};
+
+template <>
+struct Sample<ConcreteDamage> {
+  static ConcreteDamage::Parameters good() { return test::c30(); }
+  static std::vector<ConcreteDamage::Parameters> bad() {
+    std::vector<ConcreteDamage::Parameters> all(9, good());
+    all[0].concrete.young = 0;
+    all[1].concrete.poisson = 0.5;
+    all[2].concrete.f_t = 0;
+    all[3].concrete.fracture_energy = -1;
+    all[4].concrete.eps_c1 = 1e-4;
+    all[5].elastic_limit = 0;
+    all[6].cap = 1;
+    all[7].rate_cap_compression = 0.9;
+    all[8].concrete.biaxial_ratio = std::nan("");
+    return all;
+  }
+};
+
+template <class L>
+class EveryLaw : public ::testing::Test {};
+using Laws = ::testing::Types<Elastic, ConcreteDamage>;
+TYPED_TEST_SUITE(EveryLaw, Laws);
+
+TYPED_TEST(EveryLaw, ZeroAtRest) {
+  const TypeParam law(Sample<TypeParam>::good());
+  typename TypeParam::State state{};
+  const Response r = law(Sym{}, Sym{}, state, state);
+  for (const double s : r.stress) EXPECT_EQ(s, 0);
+  EXPECT_EQ(r.energy, 0);
+  EXPECT_EQ(r.dissipation, 0);
+}
+
+TYPED_TEST(EveryLaw, ElasticStressIsTheGradientOfTheEnergy) {
+  const TypeParam law(Sample<TypeParam>::good());
+  const Sym e{2e-5, -3e-5, 1e-5, 2e-5, -1e-5, 3e-5};
+  const auto at = [&](const Sym& x) {
+    typename TypeParam::State state{};
+    return law(x, Sym{}, state, state);
+  };
+  const Response r = at(e);
+  for (int i = 0; i < 6; ++i) {
+    Sym up = e, down = e;
+    up[i] += 1e-9;
+    down[i] -= 1e-9;
+    EXPECT_NEAR((at(up).energy - at(down).energy) / 2e-9, r.stress[i], 1e-5 * 3e6);
+  }
+  EXPECT_EQ(r.dissipation, 0);
+}
+
+/// Work put in along a path is what is stored plus what is dissipated; dissipation is never negative. Proportional paths, along
+/// which the split stress has an energy.
+TYPED_TEST(EveryLaw, WorkIsStoredOrDissipated) {
+  const TypeParam law(Sample<TypeParam>::good());
+  for (const Sym& s : {Sym{1, 0, 0, 0, 0, 0}, Sym{-1, 0, 0, 0, 0, 0}, Sym{-1, -0.5, 0, 0, 0, 0}, Sym{0, 0, 1, 0, 0, 0}}) {
+    typename TypeParam::State state{};
+    const Sym direction = test::strain_of(s, 30e9, 0.2);
+    const double top = s[0] < 0 ? 150e6 : 20e6;
+    Sym before{};
+    Response last{};
+    double work = 0, lost = 0;
+    for (int i = 1; i <= 30000; ++i) {
+      const double phase = i / 30000.0;
+      const double level = top * (phase < 0.5 ? phase / 0.5 : (phase < 0.75 ? 1 - 2 * (phase - 0.5) : 0.5 + 2.4 * (phase - 0.75)));
+      const Sym e = test::scaled(direction, level);
+      const Response r = law(e, Sym{}, state, state);
+      ASSERT_GE(r.dissipation, 0);
+      for (int k = 0; k < 6; ++k) work += 0.5 * (r.stress[k] + last.stress[k]) * (e[k] - before[k]);
+      lost += r.dissipation;
+      before = e;
+      last = r;
+    }
+    EXPECT_NEAR(work, last.energy + lost, 2e-3 * work);
+  }
+}
+
+TYPED_TEST(EveryLaw, DissipationIsNeverNegativeOnRandomPaths) {
+  const TypeParam law(Sample<TypeParam>::good());
+  std::mt19937 generator(2);
+  std::normal_distribution<double> u(0, 1);
+  for (int path = 0; path < 100; ++path) {
+    typename TypeParam::State state{};
+    Sym e{};
+    for (int i = 0; i < 100; ++i) {
+      for (double& x : e) x += 5e-5 * u(generator);
+      const Response r = law(e, Sym{}, state, state);
+      ASSERT_GE(r.dissipation, 0);
+      ASSERT_GE(r.energy, 0);
+      for (const double x : r.stress) ASSERT_TRUE(std::isfinite(x));
+    }
+  }
+}
+
+TYPED_TEST(EveryLaw, ARejectedCallLeavesNoTrace) {
+  const TypeParam law(Sample<TypeParam>::good());
+  typename TypeParam::State start{}, scratch{}, once{}, twice{};
+  const Sym e{3e-4, -1e-3, 1e-4, 0, 2e-4, 0};
+  const Response first = law(e, Sym{}, start, once);
+  law(test::scaled(e, 3), Sym{}, start, scratch);
+  const Response second = law(e, Sym{}, start, twice);
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(first.stress[i], second.stress[i]);
+}
+
+TYPED_TEST(EveryLaw, BadParametersThrow) {
+  EXPECT_NO_THROW(TypeParam(Sample<TypeParam>::good()));
+  int i = 0;
+  for (const auto& p : Sample<TypeParam>::bad()) EXPECT_THROW(TypeParam{p}, InputError) << "parameter set " << i++;
+}
+
+}  // namespace
+}  // namespace talus::material
