@@ -1,0 +1,41 @@
+/// Plain sums that an island reports.
+#pragma once
+#include <algorithm>
+
+#include "core/types.hpp"
+
+namespace talus::coupling {
+
+struct Counters {
+  long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0, projections = 0;
+  long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
+  long flights = 0, structure_steps = 0;
+  double worst_residual = 0, worst_penetration = 0, last_step = 0;
+  Counters& operator+=(const Counters& o) {
+    steps += o.steps; rejected += o.rejected; contacts += o.contacts; newton += o.newton; sweeps += o.sweeps;
+    outer += o.outer; impacts += o.impacts; projections += o.projections;
+    tier_a += o.tier_a; tier_b += o.tier_b; tier_c += o.tier_c; tier_d += o.tier_d; tier_e += o.tier_e;
+    flights += o.flights; structure_steps += o.structure_steps;
+    worst_residual = std::max(worst_residual, o.worst_residual);
+    worst_penetration = std::max(worst_penetration, o.worst_penetration);
+    last_step = o.last_step;
+    return *this;
+  }
+};
+
+/// One contact on a structure over one coupled step; force acts on the structure, mean over the step [N].
+struct StructureContact {
+  double time = 0, dt = 0;
+  int block = 0, structure = 0;
+  Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::Zero();
+  double area = 0;
+};
+
+/// Sums over both sides of the interface, from the impulses that were really applied.
+struct AuditSums {
+  double worst_force = 0, worst_moment = 0;   // relative imbalance of a step
+  Vec3 impulse_on_structure = Vec3::Zero(), impulse_on_blocks = Vec3::Zero();   // [N s]
+  double work_on_blocks = 0, work_on_structure = 0;   // [J]
+};
+
+}  // namespace talus::coupling

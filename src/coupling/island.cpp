@@ -1,0 +1,471 @@
+// The step's stages in order: find, impact, smooth step, events, projection, commit.
+#include "coupling/island.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
+                             const StepSettings& settings)
+    : model_(model), state_(state), env_(environment), history_(history), settings_(settings) {}
+
+IslandStepper::~IslandStepper() = default;
+
+bool IslandStepper::deformable_structure(const Touch& t) const {
+  return t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
+}
+
+void IslandStepper::begin(const Island& island) {
+  island_ = &island;
+  report_ = IslandReport{};
+  impacts_ = 0;
+  found_for_ = -1;
+  local_.assign(model_.blocks.size(), -1);
+  bodies_.assign(island.blocks.size(), Body{});
+  length_ = std::numeric_limits<double>::infinity();
+  speed_ = 0;
+  for (std::size_t i = 0; i < island.blocks.size(); ++i) {
+    const auto k = static_cast<std::size_t>(island.blocks[i]);
+    bodies_[i].block = island.blocks[i];
+    local_[k] = static_cast<int>(i);
+    const double radius = model_.blocks[k].shape->radius;
+    length_ = std::min(length_, radius);
+    speed_ = std::max({speed_, state_.v[k].norm() + radius * state_.w[k].norm(), std::sqrt(model_.gravity.norm() * radius)});
+  }
+  if (!(speed_ > 0)) speed_ = 1;
+}
+
+void IslandStepper::begin_step(double h, bool frozen_strain) {
+  for (Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    b.start = dda::pose(state_, b.block);
+    b.q0 = state_.q[k];
+    b.rotation0 = state_.rotation(b.block);
+    b.eps0 = state_.eps[k];
+    b.v0 << state_.v[k], state_.w[k], state_.eps_rate[k];
+    b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
+    b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
+    if (h > 0) {
+      b.free = dda::free_flow(model_, state_, b.block, h);
+    } else {
+      dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
+      b.free.pose = b.start;
+      b.free.q = b.q0;
+      b.free.rotation = b.rotation0;
+      b.free.eps = b.eps0;
+      b.free.velocity = b.v0;
+    }
+    b.ref = b.free.pose;
+    b.v_ref = b.free.velocity;
+    b.impulse.setZero();
+    b.shift.setZero();
+    b.v_solved = b.free.velocity;
+    linearise_at(b, b.free.q);
+  }
+}
+
+double IslandStepper::reach(int block, double h) const {
+  const int l = local_[static_cast<std::size_t>(block)];
+  if (l < 0) return 0;
+  const auto k = static_cast<std::size_t>(block);
+  const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+  return h * speed + h * h * model_.gravity.norm();
+}
+
+void IslandStepper::find(double h) {
+  if (found_for_ >= h) return;   // the touches at hand hold for this state and reach
+  found_for_ = h;
+  touches_.clear();
+  for (const CandidatePair& pair : island_->pairs) {
+    double margin = reach(pair.b, h) + 1e-6 * length_;
+    if (pair.a.kind == Partner::Kind::block) margin += reach(pair.a.index, h);
+    if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
+    find_touches(model_, state_, env_, pair, margin, history_, touches_);
+  }
+  report_.counters.contacts += static_cast<long>(touches_.size());
+}
+
+bool IslandStepper::has_closed() const {
+  for (const Touch& t : touches_)
+    if (t.stiffness > 0 ? t.at.gap <= 0 : t.at.gap <= touch_gap()) return true;
+  return false;
+}
+
+double IslandStepper::impact_speed(const Touch& t) const {
+  // Slower than this a touch is resting contact, not an impact, and restitution is nil.
+  return (t.law->restitution ? 1e-10 : 1e-9) * speed_;
+}
+
+void IslandStepper::save() {
+  saved_.clear();
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    saved_.push_back({state_.c[k], state_.v[k], state_.w[k], state_.q[k], state_.eps[k], state_.eps_rate[k]});
+  }
+}
+
+void IslandStepper::restore() {
+  found_for_ = -1;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(bodies_[i].block);
+    const Saved& s = saved_[i];
+    state_.c[k] = s.c;
+    state_.v[k] = s.v;
+    state_.w[k] = s.w;
+    state_.q[k] = s.q;
+    state_.eps[k] = s.eps;
+    state_.eps_rate[k] = s.eps_rate;
+  }
+}
+
+bool IslandStepper::solve(double h) {
+  if (problem_.contacts.empty()) {
+    problem_.v = problem_.v_hat;
+    return true;
+  }
+  contact::SolveSettings settings;
+  const bool small = problem_.contacts.size() <= 60;
+  // Impulses (h = 0) and small islands to round-off; large ones to a small part of what gravity brings in one step.
+  settings.velocity_scale = small || h == 0 ? speed_ : std::max(model_.gravity.norm() * h, 1e-3 * speed_);
+  settings.tolerance = small ? 1e-12 : 1e-6;
+  const contact::SolveReport r = solver_.solve(problem_, settings);
+  Counters& n = report_.counters;
+  n.newton += r.newton;
+  n.sweeps += r.sweeps;
+  n.outer += r.outer;
+  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  if (r.converged) n.worst_residual = std::max(n.worst_residual, r.residual);
+  return r.converged;
+}
+
+bool IslandStepper::impact_stage() {
+  // An impulse of no duration on all closed touches, if any of them approaches.
+  bool approaching = false, given = false;
+  for (Touch& t : touches_) {
+    t.row = -1;
+    if (t.at.gap > touch_gap() || deformable_structure(t)) continue;
+    if (t.stiffness > 0 && !t.law->restitution) continue;
+    if (t.approach < -impact_speed(t)) {
+      approaching = true;
+      given = given || t.law->restitution.has_value();
+    }
+  }
+  if (!approaching) return true;
+  ++impacts_;
+  ++report_.counters.impacts;
+  save();
+  for (double scale : {1.0, 0.5, 0.0}) {
+    begin_step(0, given);
+    double before = 0;
+    for (const Body& b : bodies_) before += 0.5 * b.v0.head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * b.v0.head(b.ndof));
+    problem_.clear();
+    nodes_.clear();
+    bool restituted = false;
+    for (Touch& t : touches_) {
+      t.row = -1;
+      if (t.at.gap > touch_gap() || deformable_structure(t)) continue;
+      if (t.stiffness > 0 && !t.law->restitution) continue;
+      t.mode = Mode::end;
+      add_row(t, 1, true);
+      contact::ProblemContact& c = problem_.contacts.back();
+      c.bias.setZero();
+      c.compliance.setZero();
+      c.cohesion = c.tension = 0;
+      c.impulse.setZero();
+      if (t.law->restitution && t.approach < -impact_speed(t)) {
+        c.bias[0] = scale * *t.law->restitution * t.approach;
+        restituted = restituted || *t.law->restitution > 0;
+      }
+      if (t.law->restitution_tangential) {
+        const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+        c.bias.tail<2>() = scale * *t.law->restitution_tangential * slip.tail<2>();
+      }
+    }
+    finish_bodies();
+    if (!solve(0)) return false;
+    pending_ = Ledger{};
+    apply(0);
+    double after = 0;
+    for (const Body& b : bodies_)
+      after += 0.5 * b.v_solved.head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * b.v_solved.head(b.ndof));
+    if (after <= before * (1 + 1e-12) || !restituted || scale == 0) break;
+    restore();   // energy rule: restitution with friction on many contacts may not create energy
+  }
+  // Strain rates are not part of a rigid impulse.
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (bodies_[i].ndof == 6) state_.eps_rate[static_cast<std::size_t>(bodies_[i].block)] = saved_[i].eps_rate;
+  book(0);
+  report_.ledger += pending_;
+  for (Touch& t : touches_) {
+    t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+    if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
+    t.row = -1;
+  }
+  return true;
+}
+
+IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) {
+  Outcome out;
+  begin_step(h, false);
+  pending_ = Ledger{};
+  std::vector<Vec3> last_c;
+  std::vector<Quat> last_q;
+  for (int pass = 0; pass < passes; ++pass) {
+    assemble(h, lumped, pass == 0);
+    if (!solve(h)) return out;
+    apply(h);
+    if (problem_.contacts.empty()) break;
+    if (pass + 1 < passes || pass > 0) {
+      double error = 0;
+      for (std::size_t i = 0; i < bodies_.size(); ++i) {
+        Body& b = bodies_[i];
+        const auto k = static_cast<std::size_t>(b.block);
+        if (pass > 0) {
+          error = std::max(error, (state_.c[k] - last_c[i]).norm() / length_);
+          error = std::max(error, 2 * (state_.q[k].conjugate() * last_q[i]).vec().norm());
+        }
+      }
+      if (pass > 0) out.error = error;
+      if (pass > 0 && error < 1e-14) break;
+      if (pass + 1 == passes) break;
+      last_c.clear();
+      last_q.clear();
+      for (Body& b : bodies_) {
+        const auto k = static_cast<std::size_t>(b.block);
+        last_c.push_back(state_.c[k]);
+        last_q.push_back(state_.q[k]);
+        b.ref = dda::pose(state_, b.block);
+        b.v_ref << state_.v[k], state_.w[k], state_.eps_rate[k];
+        linearise_at(b, state_.q[k]);
+      }
+    }
+  }
+  if (!nodes_.empty() || !island_->structures.empty()) collect_node_impulses();
+  book(h);
+  out.ok = true;
+  return out;
+}
+
+double IslandStepper::first_impact() const {
+  // Earliest onset of a pair that is not in closed contact already, on the motion just computed.
+  double first = 2;
+  const auto motion_of = [&](int block) {
+    contact::Motion m;
+    const int l = local_[static_cast<std::size_t>(block)];
+    m.start = dda::pose(state_, block);
+    if (l < 0) return m;
+    const Body& b = bodies_[static_cast<std::size_t>(l)];
+    m.start = b.start;
+    m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
+    if (b.impulse.isZero(0)) m.half_gravity_step = b.free.pose.c - b.start.c - step_length_ * b.v0.head<3>();
+    const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
+    const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
+    const double s = v.norm();
+    m.rotation = s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, std::abs(turn.w())) / s * v);
+    return m;
+  };
+  for (const CandidatePair& pair : island_->pairs) {
+    bool closed = false, separated = false;
+    for (const Touch& t : touches_)
+      if (t.a == pair.a && t.b == pair.b) {
+        closed = closed || t.row >= 0;
+        separated = true;
+      }
+    if (closed) continue;
+    (void)separated;
+    const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
+    const contact::Motion motion = motion_of(pair.b);
+    const double tolerance = 1e-10 * length_;
+    double s = 2;
+    switch (pair.a.kind) {
+      case Partner::Kind::block:
+        s = contact::time_of_impact(*model_.blocks[static_cast<std::size_t>(pair.a.index)].shape, motion_of(pair.a.index), shape, motion, tolerance);
+        break;
+      case Partner::Kind::plane: s = contact::time_of_impact(env_.planes[static_cast<std::size_t>(pair.a.index)], shape, motion, tolerance); break;
+      case Partner::Kind::terrain: s = contact::time_of_impact(*env_.terrain, shape, motion, tolerance); break;
+      case Partner::Kind::structure:
+        s = contact::time_of_impact(*env_.structures[static_cast<std::size_t>(pair.a.index)].index, shape, motion, tolerance);
+        break;
+    }
+    first = std::min(first, s);
+  }
+  return first;
+}
+
+bool IslandStepper::locate_event(double& h, int passes) {
+  // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
+  // cross is drift and is projected.
+  std::vector<Touch> start = touches_;
+  const auto was_row = [&](const Touch& t) {
+    for (const Touch& s : start)
+      if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
+    return false;
+  };
+  const auto worst_onset = [&](double step, double& rate) {
+    // Deepest new touch at the end of the step, and its approach velocity.
+    std::vector<Touch> keep;
+    keep.swap(touches_);
+    found_for_ = -1;
+    find(step);
+    double gap = std::numeric_limits<double>::infinity();
+    rate = 0;
+    for (const Touch& t : touches_)
+      if (t.stiffness == 0 && !was_row(t) && t.at.gap < gap && t.approach < -1e-6 * speed_) {
+        gap = t.at.gap;
+        rate = t.approach;
+      }
+    touches_.swap(keep);
+    found_for_ = -1;
+    return gap;
+  };
+  double step = h;
+  const double s = first_impact();
+  bool event = s <= 1;
+  double rate = 0;
+  double gap = worst_onset(h, rate);
+  if (gap < -1e-8 * length_) event = true;
+  if (!event) return false;
+  double low = 0, high = h;
+  if (s <= 1) step = std::max(s, 1e-12) * h;
+  else step = std::max(0.0, std::min(h, h + gap / -rate));
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    if (!(step > low && step < high)) step = 0.5 * (low + high);
+    restore();
+    touches_ = start;
+    step_length_ = step;
+    if (!smooth(step, false, passes).ok) return false;
+    gap = worst_onset(step, rate);
+    if (gap >= -1e-9 * length_ && gap <= 1e-9 * length_) break;
+    if (gap > 0) low = step; else high = step;
+    if (high - low < 1e-15 * h) break;
+    if (!std::isfinite(gap)) {
+      if (s <= 1 && iteration == 0) break;    // conservative time: nothing within reach yet, go on from here
+      step = 0.5 * (low + high);
+      continue;
+    }
+    step += gap / -rate;
+  }
+  h = step;
+  return true;
+}
+
+double IslandStepper::step_limit(double remaining, bool lumped) const {
+  if (settings_.fixed_step > 0) return settings_.fixed_step;
+  if (!lumped) {
+    double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
+    // In flight the onset search follows chords: half a radian at most.
+    for (const Body& b : bodies_) {
+      const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
+      if (spin * h > 0.5 && !island_->pairs.empty()) h = 0.5 / spin;
+    }
+    return h;
+  }
+  // Large islands: motion within a step stays a small part of the block size, set by accuracy.
+  double h = std::sqrt(settings_.accuracy * 4 * length_ / std::max(model_.gravity.norm(), 1e-12));
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const double radius = model_.blocks[k].shape->radius;
+    const double spin = state_.w[k].norm();
+    if (spin > 0) h = std::min(h, std::sqrt(settings_.accuracy * 8) / spin);
+    const double speed = state_.v[k].norm();
+    if (speed > 0) h = std::min(h, 5 * std::sqrt(settings_.accuracy) * radius / speed);
+  }
+  return h;
+}
+
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step) {
+  begin(island);
+  suggested_ = first_step;
+  const bool with_structure = !island.structures.empty();
+  const bool small = static_cast<int>(island.blocks.size()) <= settings_.event_blocks && !with_structure;
+  double done = 0;
+  while (duration - done > 1e-12 * duration) {
+    const double remaining = duration - done;
+    const bool lumped = !small || impacts_ > 200;
+    find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
+    double h = std::min(remaining, step_limit(remaining, lumped));
+    if (with_structure)
+      for (int s : island.structures) h = std::min(h, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+    if (h < remaining) h = remaining / std::ceil(remaining / h - 1e-9);
+    find(h);
+    if (!lumped && !impact_stage()) {
+      report_.failure = "impact could not be solved";
+      return report_;
+    }
+    const bool closed = has_closed();
+    const int passes = lumped || !closed ? 1 : 3;
+    save();
+    const Ledger before = report_.ledger;
+    for (;;) {
+      step_length_ = h;
+      if (with_structure)
+        for (int s : island.structures) env_.structures[static_cast<std::size_t>(s)].structure->predict(t + done, h);
+      Outcome o = smooth(h, lumped, passes);
+      const double limit = 0.1 * settings_.accuracy;
+      if (!o.ok || (!lumped && settings_.fixed_step <= 0 && o.error > limit && h > 10 * settings_.min_step)) {
+        restore();
+        ++report_.counters.rejected;
+        if (!o.ok) ++report_.counters.tier_d;
+        h *= o.ok ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
+        if (h < settings_.min_step) {
+          report_.failure = "the contact problem could not be solved at the smallest step";
+          return report_;
+        }
+        report_.ledger = before;
+        continue;
+      }
+      if (!lumped && settings_.fixed_step <= 0 && closed) {
+        const double grow = o.error > 0 ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.3, 2.0) : 2.0;
+        suggested_ = h * grow;
+      }
+      break;
+    }
+    double taken = h;
+    if (!lumped) locate_event(taken, passes);
+    if (with_structure) {
+      for (int s : island.structures) {
+        StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
+        thread_local std::vector<NodeImpulse> shares;
+        shares.clear();
+        for (const NodeShare& n : node_impulses_)
+          if (n.structure == s) shares.push_back({n.node, n.impulse});
+        part.structure->correct(t + done, taken, shares);
+        part.index->refit(part.structure->surface());
+        ++report_.counters.structure_steps;
+      }
+    }
+    commit(t + done + taken, taken);
+    done += taken;
+    ++report_.counters.steps;
+    report_.counters.last_step = taken;
+    if (!problem_.contacts.empty() || closed) {
+      rest_check(taken);
+      const double penetration = project(taken);
+      report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
+    } else {
+      ++report_.counters.flights;
+      report_.at_rest = false;
+    }
+  }
+  report_.next_step = suggested_;
+  return report_;
+}
+
+void IslandStepper::rest_check(double h) {
+  const double still = 1e-6 * model_.gravity.norm() * h;
+  bool rest = island_->structures.empty() && still > 0;
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const double radius = model_.blocks[k].shape->radius;
+    rest = rest && b.v0.head<3>().norm() + radius * b.v0.segment<3>(3).norm() <= still &&
+           state_.v[k].norm() + radius * state_.w[k].norm() <= still &&
+           (!model_.blocks[k].deformable || radius * (state_.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
+  }
+  report_.at_rest = rest;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,114 @@
+/// Advances one island of touching (or nearly touching) blocks, with the structures that it touches, over a stretch of time.
+///
+/// A step of length h:
+///   1. free flow of every block, exact without contact (dda/kinematics.hpp); v_hat of the structures (contact/structure.hpp)
+///   2. one contact problem over blocks and touched structure nodes (contact/problem.hpp)
+///   3. positions:  x_np = x_free + h sum_i theta_i A^-1 J_i^T p_i,  momenta exact:  P_np = P_free + sum_i J_i^T p_i
+///   4. drift of closed hard contacts projected back to gap >= 0, its energy booked
+/// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In large islands and at
+/// structures onsets are rows on the gap at the end of the step (order 1).
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "coupling/touch.hpp"
+#include "dda/kinematics.hpp"
+#include "coupling/counters.hpp"
+
+namespace talus::coupling {
+
+struct Island {
+  std::vector<int> blocks;               // with DOFs, ascending
+  std::vector<CandidatePair> pairs;      // everything that may touch within the stretch, deterministic order
+  std::vector<int> structures;           // indices into Environment::structures, deformable ones only
+};
+
+struct StepSettings {
+  double fixed_step = 0;        // [s]; 0: by accuracy
+  double accuracy = 1e-3;       // relative to block size
+  double min_step = 1e-9;       // [s]
+  int event_blocks = 12;        // islands up to this size are event driven
+};
+
+struct IslandReport {
+  Ledger ledger;                          // work of this stretch; `contact` unused
+  Counters counters;
+  std::vector<StructureContact> rows;     // contacts on structures, one per contact and step
+  AuditSums audit;
+  double next_step = 0;                   // suggested h for the next stretch [s]
+  bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
+  std::string failure;                    // empty: done
+};
+
+class IslandStepper {
+ public:
+  IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
+                const StepSettings& settings);
+  ~IslandStepper();
+  /// Advances from t to t + duration; `first_step` is a hint (0: none).
+  IslandReport advance(const Island& island, double t, double duration, double first_step);
+
+ private:
+  struct Body;
+  struct Saved;
+  struct Outcome;
+
+  void begin(const Island& island);
+  void begin_step(double h, bool frozen_strain);
+  void find(double h);
+  double reach(int block, double h) const;
+  bool deformable_structure(const Touch& touch) const;
+  bool has_closed() const;
+  double touch_gap() const { return 1e-7 * length_; }
+  double impact_speed(const Touch& touch) const;
+
+  bool impact_stage();
+  Outcome smooth(double h, bool lumped, int passes);
+  void linearise_at(Body& body, const Quat& q_end);
+  void assemble(double h, bool lumped, bool first_pass);
+  void add_row(Touch& touch, double h, bool first_pass);
+  void finish_bodies();
+  bool solve(double h);
+  void apply(double h);
+  Vec3 shear_at_end(const Touch& touch, double h) const;
+  double project(double h);
+  void book(double h);
+  void collect_node_impulses();
+  void commit(double t_end, double h);
+  void save();
+  void restore();
+  double step_limit(double remaining, bool lumped) const;
+  bool locate_event(double& h, int passes);
+  void rest_check(double h);
+  double first_impact() const;   // fraction of the step, above 1: none
+
+  const dda::Model& model_;
+  dda::State& state_;
+  Environment& env_;
+  ContactHistory& history_;
+  StepSettings settings_;
+  contact::ContactSolver solver_;
+  contact::ContactProblem problem_;
+  const Island* island_ = nullptr;
+  std::vector<Body> bodies_;
+  std::vector<int> local_;                // block -> body, -1
+  std::vector<Touch> touches_;
+  double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
+  struct NodeBody { int structure, node; Vec3 v_hat; double mass; };
+  std::vector<NodeBody> nodes_;
+  struct NodeShare { int structure, node; Vec3 impulse, position; };
+  std::vector<NodeShare> node_impulses_;
+  std::vector<Saved> saved_;
+  std::vector<double> pool_;              // masses and inverses of the problem's bodies
+  std::vector<std::size_t> pool_offset_;
+  IslandReport report_;
+  Ledger pending_;
+  double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
+  double suggested_ = 0;                  // step that error control would take next [s]
+  double step_length_ = 0;                // of the step being computed [s]
+  int impacts_ = 0;
+};
+
+}  // namespace talus::coupling

@@ -1,0 +1,308 @@
+// From impulses to positions, momenta and the ledger.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+Vec3 rotation_vector(const Quat& q) {
+  const double w = q.w() < 0 ? -q.w() : q.w();
+  const Vec3 v = q.w() < 0 ? Vec3(-q.vec()) : Vec3(q.vec());
+  const double s = v.norm();
+  if (s < 1e-12) return 2 * v;
+  return (2 * std::atan2(s, w) / s) * v;
+}
+
+/// Mean generalised velocity whose product with an impulse is the kinetic energy it brings.
+Vec12 mean_velocity(const Vec12& v0, const Vec12& v_hat, const Vec12& v) {
+  Vec12 m = 0.5 * (v0 + v);
+  m.segment<3>(3) = 0.5 * (v_hat.segment<3>(3) + v.segment<3>(3));
+  return m;
+}
+
+}  // namespace
+
+void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
+  b.turn = rotation_vector(q_end * b.q0.conjugate());
+  b.mid_c = 0.5 * (b.start.c + b.ref.c);
+  if (b.turn.isZero(0)) {
+    b.half_turn.setIdentity();
+    b.full_turn.setIdentity();
+  } else {
+    b.half_turn = dda::rotation_by(0.5 * b.turn).toRotationMatrix();
+    b.full_turn = dda::rotation_by(b.turn).toRotationMatrix();
+  }
+  b.carry = b.ndof == 12 ? Mat3(b.ref.F * b.start.F.inverse()) : b.full_turn;
+}
+
+void IslandStepper::apply(double h) {
+  if (h > 0) found_for_ = -1;   // an impulse leaves the positions
+  using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
+  for (Body& b : bodies_) {
+    b.impulse.setZero();
+    b.shift.setZero();
+  }
+  for (Touch& t : touches_) {
+    if (t.row < 0) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    t.impulse = c.impulse;
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      if (term.body >= static_cast<int>(bodies_.size())) continue;
+      Body& b = bodies_[static_cast<std::size_t>(term.body)];
+      Vec12 g = Vec12::Zero();
+      g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
+      b.impulse += g;
+      b.shift += t.theta * g;
+    }
+  }
+  for (Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const dda::FreeFlow& f = b.free;
+    b.v_solved = f.velocity;
+    state_.c[k] = f.pose.c;
+    state_.q[k] = f.q;
+    state_.eps[k] = f.eps;
+    if (!b.impulse.isZero(0)) {
+      b.v_solved.head(b.ndof) += f.inverse.topLeftCorner(b.ndof, b.ndof) * b.impulse.head(b.ndof);
+      Vec12 d = Vec12::Zero();
+      d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
+      state_.c[k] += d.head<3>();
+      if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
+      if (b.ndof == 12) state_.eps[k] += d.tail<6>();
+    }
+    state_.v[k] = b.v_solved.head<3>();
+    state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
+    // Angular momentum exactly: w follows from it at the orientation reached.
+    if (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs()) {
+      state_.w[k] = b.v_solved.segment<3>(3);
+    } else {
+      const Vec3 momentum = b.momentum0 + b.impulse.segment<3>(3);
+      const Mat3 rotation = state_.rotation(b.block);
+      const dda::Model::Block& block = model_.blocks[k];
+      if (b.ndof == 6) {
+        state_.w[k] = rotation * block.inertia.inverse() * (rotation.transpose() * momentum);
+      } else {
+        const Mat12 mass = dda::mass_matrix(block, dda::pose(state_, b.block), rotation);
+        state_.w[k] = mass.block<3, 3>(3, 3).inverse() * (momentum - mass.block<3, 6>(3, 6) * state_.eps_rate[k]);
+      }
+    }
+  }
+}
+
+void IslandStepper::book(double h) {
+  using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
+  for (const Touch& t : touches_) {
+    if (t.row < 0) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero();   // mean relative velocity, split by side
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int n = problem_.bodies[static_cast<std::size_t>(term.body)].ndof;
+      const Rows j(problem_.jacobians.data() + term.jacobian, 3, n);
+      if (term.body < static_cast<int>(bodies_.size())) {
+        const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+        blocks += j * mean_velocity(b.v0, b.free.velocity, b.v_solved).head(n);
+      } else {
+        const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
+        const Eigen::Map<const Vec3> hat(problem_.v_hat.data() + offset), end(problem_.v.data() + offset);
+        structure += j * (0.5 * (hat + end));
+      }
+    }
+    const Vec3 mean = blocks + structure;
+    const double normal_work = c.impulse[0] * mean[0];
+    const double slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
+    pending_.blocks_contact_work += c.impulse.dot(blocks);
+    pending_.structure_contact_work += c.impulse.dot(structure);
+    const bool sprung = t.stiffness > 0 && h > 0;
+    if (!sprung) {
+      pending_.friction_work -= slip_work;
+      if (t.mode == Mode::closed)
+        pending_.algorithmic -= normal_work;
+      else
+        pending_.damping_work -= normal_work;   // onset: what an impact takes
+      continue;
+    }
+    // Springs: what the linear rule stores; the rest of the normal work is the rule's own loss, of the tangential friction.
+    const double force = c.impulse[0] / h;
+    const double end_compression = t.mode == Mode::spring_mean ? 2 * force / t.stiffness + t.at.gap : force / t.stiffness;
+    const double start_energy = t.at.gap < 0 ? 0.5 * t.stiffness * t.at.gap * t.at.gap : 0;
+    const double end_energy = end_compression > 0 ? 0.5 * t.stiffness * end_compression * end_compression : 0;
+    pending_.algorithmic -= normal_work + (end_energy - start_energy);
+    if (t.shear_stiffness > 0) {
+      const Vec3 stretch = shear_at_end(t, h);
+      const double stored = 0.5 * t.shear_stiffness * (stretch.squaredNorm() - t.shear.squaredNorm());
+      pending_.friction_work -= slip_work + stored;
+    } else {
+      pending_.friction_work -= slip_work;
+    }
+  }
+  for (const Body& b : bodies_) {
+    if (b.impulse.isZero(0)) continue;
+    const auto k = static_cast<std::size_t>(b.block);
+    const dda::Model::Block& block = model_.blocks[k];
+    // Positions that left the trapezoid (theta = 1) met gravity and the block's own stiffness elsewhere than the velocities did.
+    const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
+    pending_.algorithmic += block.mass * model_.gravity.dot(state_.c[k] - trapezoid);
+    if (b.ndof == 12) {
+      const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
+      const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
+      pending_.algorithmic -= 0.5 * (state_.eps[k].dot(stiffness * state_.eps[k]) - eps.dot(stiffness * eps));
+    }
+  }
+  for (const Body& b : bodies_) {
+    if (b.ndof != 12) continue;
+    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+    if (block.strain_damping == 0) continue;
+    const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
+    pending_.damping_work +=
+        h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * rate);
+  }
+}
+
+Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
+  // Mean (or end) force over the step names the elongation; sliding shortens it to what friction holds.
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
+  const Vec3 held = -force / (h * t.shear_stiffness);
+  const double limit = c.friction * c.impulse[0] + c.cohesion;
+  const bool slides = c.impulse.tail<2>().norm() >= limit * (1 - 1e-9);
+  if (t.mode == Mode::spring_mean && !slides) return 2 * held - t.shear;
+  return held;
+}
+
+void IslandStepper::collect_node_impulses() {
+  // What each structure node really gets: J^T p over its contacts.
+  node_impulses_.clear();
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const NodeBody& n = nodes_[i];
+    node_impulses_.push_back({n.structure, n.node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+  }
+  for (const contact::ProblemContact& c : problem_.contacts)
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int node = term.body - static_cast<int>(bodies_.size());
+      if (node < 0) continue;
+      node_impulses_[static_cast<std::size_t>(node)].impulse +=
+          Eigen::Map<const Mat3>(problem_.jacobians.data() + term.jacobian).transpose() * c.impulse;
+    }
+}
+
+void IslandStepper::commit(double t_end, double h) {
+  report_.ledger += pending_;
+  for (const Body& b : bodies_) history_[static_cast<std::size_t>(b.block)].clear();
+  AuditSums& audit = report_.audit;
+  double blocks_force = 0;
+  Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
+  double moment_scale = 0;
+  for (const Touch& t : touches_) {
+    if (t.row < 0) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const Vec3 p = t.frame * c.impulse;
+    ContactMemory memory;
+    memory.partner = t.a.id();
+    memory.feature = t.at.key;
+    memory.force = p / h;
+    memory.broken = t.broken;
+    if (c.cohesion > 0 || c.tension > 0) {
+      const bool opened = c.impulse.isZero(0);
+      const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+      memory.broken = memory.broken || opened || slid;
+    }
+    if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
+    if (t.stiffness > 0) memory.normal_energy = 0.5 * c.impulse[0] * c.impulse[0] / (h * h * t.stiffness);
+    if (memory.broken || !c.impulse.isZero(0)) history_[static_cast<std::size_t>(t.b)].push_back(memory);
+    if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
+      StructureContact row;
+      row.time = t_end;
+      row.dt = h;
+      row.block = t.b;
+      row.structure = t.a.index;
+      row.point = t.at.point_a;
+      row.normal = t.at.normal;
+      row.force = -p / h;
+      row.area = t.at.area;
+      report_.rows.push_back(row);
+      // Both sides as they were really applied: the block through its point, the structure through its nodes.
+      on_blocks += p;
+      blocks_force += p.norm();
+      moment += t.at.point_a.cross(p);
+      moment_scale += t.at.point_a.norm() * p.norm();
+    }
+  }
+  for (const auto& n : node_impulses_) {
+    on_structures += n.impulse;
+    moment += n.position.cross(n.impulse);
+  }
+  if (blocks_force > 0 && !node_impulses_.empty()) {
+    audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / blocks_force);
+    audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
+    audit.impulse_on_structure += on_structures;
+    audit.impulse_on_blocks += on_blocks;
+  }
+  for (const Body& b : bodies_) {
+    auto& memory = history_[static_cast<std::size_t>(b.block)];
+    std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) {
+      return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
+    });
+  }
+}
+
+double IslandStepper::project(double h) {
+  // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
+  const double tolerance = 1e-9 * length_;
+  for (int pass = 0; pass < 6; ++pass) {
+    find(h);
+    double deepest = 0;
+    for (const Touch& t : touches_)
+      if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
+    if (deepest <= tolerance) return deepest;
+    ++report_.counters.projections;
+    begin_step(0, true);
+    problem_.clear();
+    nodes_.clear();
+    for (Touch& t : touches_) {
+      if (t.stiffness > 0 || deformable_structure(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
+      t.mode = Mode::idle;
+      add_row(t, 1, true);
+      contact::ProblemContact& c = problem_.contacts.back();
+      c.friction = 0;
+      c.cohesion = c.tension = 0;
+      c.bias = Vec3(t.at.gap - (t.at.gap < -tolerance ? 0.25 * tolerance : 0), 0, 0);
+      c.compliance.setZero();
+      c.impulse.setZero();
+    }
+    finish_bodies();
+    std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);
+    contact::SolveSettings settings;
+    settings.velocity_scale = deepest;
+    settings.tolerance = 1e-3;
+    settings.exact_coulomb = false;
+    const contact::SolveReport r = solver_.solve(problem_, settings);
+    report_.counters.newton += r.newton;
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const Body& b = bodies_[i];
+      const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
+      if (d.isZero(0)) continue;
+      const auto k = static_cast<std::size_t>(b.block);
+      const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
+      found_for_ = -1;
+      state_.c[k] += d.head<3>();
+      state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
+      report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
+      if (!model_.blocks[k].deformable) {
+        const Mat3 rotation = state_.rotation(b.block);
+        state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
+      }
+    }
+  }
+  find(h);
+  double deepest = 0;
+  for (const Touch& t : touches_)
+    if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
+  return deepest;
+}
+
+}  // namespace talus::coupling

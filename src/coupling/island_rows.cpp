@@ -1,0 +1,266 @@
+// Rows of the contact problem: frames, Jacobians at mid-step, biases by mode.
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// 3 x ndof block of a contact row: sign * frame^T T(x), column major.
+void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation,
+                   int ndof, double sign) {
+  const Mat3 ft = sign * frame.transpose();
+  const Mat3 turning = -ft * skew(arm);
+  const auto push = [&](const Vec3& column) { pool.insert(pool.end(), column.data(), column.data() + 3); };
+  for (int i = 0; i < 3; ++i) push(ft.col(i));
+  for (int i = 0; i < 3; ++i) push(turning.col(i));
+  if (ndof < 12) return;
+  const Vec3 X = strain_map * arm;
+  for (int k = 0; k < 6; ++k) {
+    Vec6 e = Vec6::Zero();
+    e[k] = 1;
+    push(ft * (rotation * (dda::strain_tensor(e) * X)));
+  }
+}
+
+}  // namespace
+
+NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env, const Pose* pose_a) {
+  if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
+  if (t.at.face_a < 0) return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
+  if (t.at.face_b < 0 && t.a.kind == Partner::Kind::block) return NormalOwner::a;
+  // Both sides name a face: the normal belongs to the one it is parallel to, A first.
+  Vec3 face;
+  if (t.a.kind == Partner::Kind::block) {
+    const Polyhedron& shape = *model.blocks[static_cast<std::size_t>(t.a.index)].shape;
+    face = pose_a->F.inverse().transpose() * shape.face_normals[static_cast<std::size_t>(t.at.face_a)];
+  } else {
+    const TriangleSurface& s = t.a.kind == Partner::Kind::terrain
+                                   ? env.terrain->surface()
+                                   : env.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+    const auto& tri = s.triangles[static_cast<std::size_t>(t.at.face_a)];
+    const Vec3& v0 = s.vertices[static_cast<std::size_t>(tri[0])];
+    face = (s.vertices[static_cast<std::size_t>(tri[1])] - v0).cross(s.vertices[static_cast<std::size_t>(tri[2])] - v0);
+  }
+  if (t.at.normal.cross(face).norm() <= 1e-9 * face.norm()) return NormalOwner::a;
+  return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
+}
+
+void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
+  Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
+  Body* body_a = nullptr;
+  if (t.a.kind == Partner::Kind::block) {
+    const int l = local_[static_cast<std::size_t>(t.a.index)];
+    if (l >= 0) body_a = &bodies_[static_cast<std::size_t>(l)];
+  }
+  const bool with_structure = t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
+
+  // Normal and point at mid-step and at the end, carried by the bodies that own them.
+  Pose fixed_pose;
+  if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(state_, t.a.index);
+  const NormalOwner owner = normal_owner(t, model_, env_, body_a != nullptr ? &body_a->start : &fixed_pose);
+  const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
+  Vec3 n_mid = t.at.normal, n_end = t.at.normal;
+  if (carrier != nullptr) {
+    n_mid = carrier->half_turn * t.at.normal;
+    n_end = carrier->full_turn * t.at.normal;
+  }
+  const auto mid_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_mid(x) : x; };
+  const auto end_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_end(x) : x; };
+  const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
+  const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
+  Vec3 p_mid = owner == NormalOwner::a ? b_mid : owner == NormalOwner::b ? a_mid : 0.5 * (a_mid + b_mid);
+  Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
+  // An open touch acts where it will close: each side at its own point.
+  const bool onset = t.mode == Mode::end && t.at.gap > 0;
+  Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
+  // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
+  if (with_structure) p_mid_a = p_mid_b = t.at.point_a;
+
+  t.normal = n_mid;
+  t.frame = contact_frame(n_mid);
+  t.row = static_cast<int>(problem_.contacts.size());
+  contact::ProblemContact c;
+  c.first_term = static_cast<int>(problem_.terms.size());
+  Vec3 u_ref = Vec3::Zero();   // J v_ref
+  const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
+    const int offset = static_cast<int>(problem_.jacobians.size());
+    push_jacobian(problem_.jacobians, t.frame, p - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(),
+                  b.half_turn * b.rotation0, b.ndof, sign);
+    problem_.terms.push_back({static_cast<int>(&b - bodies_.data()), offset});
+    u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + offset, 3, b.ndof) *
+             b.v_ref.head(b.ndof);
+  };
+  Vec3 a_end = a_end_body;
+  if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
+  if (with_structure) {
+    const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+    const SurfaceWeights w = surface_weights(part.index->surface(), t.at.face_a, t.at.point_a);
+    for (int i = 0; i < w.count; ++i) {
+      const int node = w.node[static_cast<std::size_t>(i)];
+      const double weight = w.weight[static_cast<std::size_t>(i)];
+      if (weight == 0) continue;
+      const Vec3 v_hat = part.structure->predicted_velocity(node);
+      a_end += h * weight * v_hat;
+      const double mass = part.structure->node_mass(node);
+      u_ref -= weight * (t.frame.transpose() * v_hat);
+      if (!std::isfinite(mass)) continue;
+      int body = -1;
+      for (std::size_t k = 0; k < nodes_.size(); ++k)
+        if (nodes_[k].structure == t.a.index && nodes_[k].node == node) body = static_cast<int>(k);
+      if (body < 0) {
+        body = static_cast<int>(nodes_.size());
+        nodes_.push_back({t.a.index, node, v_hat, mass});
+      }
+      const int offset = static_cast<int>(problem_.jacobians.size());
+      const Mat3 j = -weight * t.frame.transpose();
+      problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
+      problem_.terms.push_back({static_cast<int>(bodies_.size()) + body, offset});
+    }
+  }
+  add_body(body_b, p_mid_b, 1);
+  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+
+  // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
+  const double gap_ref = n_end.dot(b_end - a_end);
+  Vec3 u_end = u_ref;
+  if (t.mode == Mode::closed) {
+    Vec3 relative = body_b.velocity_at_end(p_end);
+    if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
+    Mat3 frame_end = t.frame;
+    if (carrier != nullptr) frame_end = carrier->half_turn * t.frame;
+    u_end = frame_end.transpose() * relative;
+  }
+
+  const ContactLaw& law = *t.law;
+  c.friction = law.friction;
+  if (!t.broken && t.at.area > 0) {
+    c.cohesion = law.cohesion * t.at.area * h;
+    c.tension = law.tension * t.at.area * h;
+  }
+  switch (t.mode) {
+    case Mode::closed:
+      t.theta = 0.5;
+      c.bias = u_end - u_ref;
+      // A small opening left by the drift may close gently; a crossing is projected, never pushed.
+      if (t.at.gap > 1e-10 * length_) c.bias[0] += 0.5 * t.at.gap / h;
+      break;
+    case Mode::end: {
+      t.theta = 1;
+      c.bias[0] = gap_ref / h - u_ref[0];
+      if (!first_pass) c.bias.tail<2>().setZero();
+      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_ && !with_structure)
+        c.bias[0] = *law.restitution * t.approach;
+      break;
+    }
+    case Mode::spring_mean:
+      t.theta = 0.5;
+      c.compliance[0] = 4 / (h * h * t.stiffness);
+      c.bias[0] = 2 * (t.at.gap + gap_ref) / h - u_ref[0];
+      break;
+    case Mode::spring_end:
+      t.theta = 1;
+      c.compliance[0] = 1 / (h * h * t.stiffness);
+      c.bias[0] = gap_ref / h - u_ref[0];
+      break;
+    case Mode::idle: break;
+  }
+  if (t.shear_stiffness > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end)) {
+    // Shear spring by the same rule as the normal one; d is its elongation at the start.
+    const Vec3 d = t.frame.transpose() * t.shear;
+    const Vec3 moved = t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a));
+    for (int i = 1; i < 3; ++i) {
+      if (t.mode == Mode::spring_mean) {
+        c.compliance[i] = 4 / (h * h * t.shear_stiffness);
+        c.bias[i] = 2 * (2 * d[i] + moved[i]) / h - u_ref[i];
+      } else {
+        c.compliance[i] = 1 / (h * h * t.shear_stiffness);
+        c.bias[i] = (d[i] + moved[i]) / h - u_ref[i];
+      }
+    }
+  }
+  c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
+  problem_.contacts.push_back(c);
+}
+
+void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
+  problem_.clear();
+  nodes_.clear();
+  const double touch_gap = 1e-7 * length_;
+  for (Touch& t : touches_) {
+    t.row = -1;
+    if (first_pass) {
+      t.mode = Mode::idle;
+      const bool at_structure = deformable_structure(t);
+      if (t.stiffness > 0) {
+        const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
+        const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+        const bool closes = t.at.gap + h * t.approach < 0 || t.at.gap <= 0 ||
+                            t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() < 0;
+        if (closes)
+          t.mode = !at_structure && h * std::sqrt(t.stiffness / mass) < 0.5 ? Mode::spring_mean : Mode::spring_end;
+      } else if (at_structure) {
+        if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
+      } else if (t.at.gap <= touch_gap) {
+        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_ : 1e-9 * speed_;
+        if (t.approach > resting)
+          t.mode = lumped ? Mode::end : Mode::idle;
+        else if (t.approach < -resting && lumped)
+          t.mode = Mode::end;
+        else
+          t.mode = Mode::closed;
+      } else if (lumped) {
+        t.mode = Mode::end;
+      }
+    }
+    if (t.mode == Mode::idle) continue;
+    add_row(t, h, first_pass);
+  }
+  finish_bodies();
+}
+
+void IslandStepper::finish_bodies() {
+  // Blocks first, then structure nodes.
+  pool_.clear();
+  pool_offset_.clear();
+  problem_.bodies.clear();
+  problem_.v_hat.clear();
+  int offset = 0;
+  for (const Body& b : bodies_) {
+    contact::ProblemBody p;
+    p.ndof = b.ndof;
+    p.offset = offset;
+    offset += b.ndof;
+    pool_offset_.push_back(pool_.size());
+    for (int c = 0; c < b.ndof; ++c)
+      for (int r = 0; r < b.ndof; ++r) pool_.push_back(b.free.mass(r, c));
+    for (int c = 0; c < b.ndof; ++c)
+      for (int r = 0; r < b.ndof; ++r) pool_.push_back(b.free.inverse(r, c));
+    for (int i = 0; i < b.ndof; ++i) problem_.v_hat.push_back(b.free.velocity[i]);
+    problem_.bodies.push_back(p);
+  }
+  for (const NodeBody& n : nodes_) {
+    contact::ProblemBody p;
+    p.ndof = 3;
+    p.offset = offset;
+    offset += 3;
+    pool_offset_.push_back(pool_.size());
+    const std::array<bool, 3> held = env_.structures[static_cast<std::size_t>(n.structure)].structure->node_held(n.node);
+    for (int pass = 0; pass < 2; ++pass)
+      for (int c = 0; c < 3; ++c)
+        for (int r = 0; r < 3; ++r) {
+          // A held direction moves as if its mass were beyond all others.
+          const double m = held[static_cast<std::size_t>(c)] ? 1e12 * n.mass : n.mass;
+          pool_.push_back(r != c ? 0 : pass == 0 ? m : 1 / m);
+        }
+    for (int i = 0; i < 3; ++i) problem_.v_hat.push_back(n.v_hat[i]);
+    problem_.bodies.push_back(p);
+  }
+  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
+    const int n = problem_.bodies[i].ndof;
+    problem_.bodies[i].mass = pool_.data() + pool_offset_[i];
+    problem_.bodies[i].mass_inverse = pool_.data() + pool_offset_[i] + n * n;
+  }
+}
+
+}  // namespace talus::coupling

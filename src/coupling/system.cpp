@@ -1,0 +1,309 @@
+#include "coupling/system.hpp"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// Union-find with the smallest index as root, so that the order of islands depends on the blocks alone.
+class Sets {
+ public:
+  explicit Sets(std::size_t n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int root(int i) {
+    while (parent_[static_cast<std::size_t>(i)] != i) {
+      int& p = parent_[static_cast<std::size_t>(i)];
+      p = parent_[static_cast<std::size_t>(p)];
+      i = p;
+    }
+    return i;
+  }
+  void join(int a, int b) {
+    a = root(a);
+    b = root(b);
+    if (a == b) return;
+    if (a > b) std::swap(a, b);
+    parent_[static_cast<std::size_t>(b)] = a;
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+}  // namespace
+
+struct CoupledSystem::Plan {
+  std::vector<Island> islands;
+  std::vector<double> reach;           // per block [m]
+  std::vector<char> structure_used;    // per structure
+  long skipped = 0;
+};
+
+CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings)
+    : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings) {
+  const std::size_t n = model_.blocks.size();
+  state_.contacts.resize(n);
+  state_.asleep.resize(n, 0);
+  state_.step.resize(n, 0.0);
+  schemes_.resize(env_.structures.size());
+}
+
+CoupledSystem::~CoupledSystem() = default;
+
+int CoupledSystem::sleeping_blocks() const {
+  return static_cast<int>(std::count(state_.asleep.begin(), state_.asleep.end(), 1));
+}
+
+bool CoupledSystem::at_rest() const {
+  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
+    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0) return false;
+  for (const StructurePart& s : env_.structures)
+    if (!s.fixed_surface && !s.structure->quiet()) return false;
+  return true;
+}
+
+std::vector<StructureContact> CoupledSystem::take_structure_contacts() {
+  std::vector<StructureContact> rows;
+  rows.swap(rows_);
+  return rows;
+}
+
+double CoupledSystem::spring_energy() const {
+  double e = 0;
+  for (const auto& block : state_.contacts)
+    for (const ContactMemory& m : block) e += m.normal_energy;
+  return e;
+}
+
+int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w) {
+  model_.blocks.push_back(block);
+  dda::State& s = state_.blocks;
+  s.c.push_back(c);
+  s.v.push_back(v);
+  s.w.push_back(w);
+  s.q.push_back(Quat::Identity());
+  s.eps.push_back(Vec6::Zero());
+  s.eps_rate.push_back(Vec6::Zero());
+  state_.contacts.emplace_back();
+  state_.asleep.push_back(0);
+  state_.step.push_back(0);
+  return static_cast<int>(model_.blocks.size()) - 1;
+}
+
+void CoupledSystem::plan(double duration, Plan& p) const {
+  const int n = static_cast<int>(model_.blocks.size());
+  const dda::State& s = state_.blocks;
+  p.islands.clear();
+  p.skipped = 0;
+  p.reach.assign(static_cast<std::size_t>(n), 0.0);
+  p.structure_used.assign(env_.structures.size(), 0);
+  std::vector<Box3> boxes(static_cast<std::size_t>(n));
+  const double g = model_.gravity.norm();
+  for (int i = 0; i < n; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const dda::Model::Block& b = model_.blocks[k];
+    const double radius = b.shape->radius;
+    if (b.ndof() > 0 && state_.asleep[k] == 0)
+      p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
+    boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), p.reach[k] + 1e-5 * radius);
+  }
+  std::vector<std::pair<int, int>> pairs;
+  contact::overlapping_pairs(boxes, pairs);
+
+  const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
+  Sets sets(static_cast<std::size_t>(n));
+  for (const auto& [i, j] : pairs)
+    if (moves(i) && moves(j)) sets.join(i, j);
+
+  // Fixed partners, and structures as hubs: all blocks near one structure share its sub-step.
+  std::vector<CandidatePair> fixed;
+  std::vector<int> first_at_structure(env_.structures.size(), -1);
+  for (int i = 0; i < n; ++i) {
+    if (!moves(i)) continue;
+    const auto k = static_cast<std::size_t>(i);
+    for (std::size_t q = 0; q < env_.planes.size(); ++q) {
+      const Plane& plane = env_.planes[q];
+      const Vec3 half = 0.5 * boxes[k].sizes();
+      const double lowest = plane.normal.dot(boxes[k].center() - plane.point) - plane.normal.cwiseAbs().dot(half);
+      if (lowest <= 0) fixed.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
+    }
+    if (env_.terrain != nullptr && env_.terrain->overlaps(boxes[k])) fixed.push_back({{Partner::Kind::terrain, 0}, i});
+    for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+      if (!env_.structures[q].index->overlaps(boxes[k])) continue;
+      fixed.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
+      if (env_.structures[q].fixed_surface) continue;
+      if (first_at_structure[q] < 0)
+        first_at_structure[q] = i;
+      else
+        sets.join(first_at_structure[q], i);
+    }
+  }
+  // One island per root, in the order of their first blocks; islands asleep as a whole are skipped.
+  std::vector<int> island_of(static_cast<std::size_t>(n), -1);
+  std::vector<char> awake(static_cast<std::size_t>(n), 0);
+  for (int i = 0; i < n; ++i)
+    if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0) awake[static_cast<std::size_t>(sets.root(i))] = 1;
+  for (int i = 0; i < n; ++i) {
+    if (!moves(i)) continue;
+    const int root = sets.root(i);
+    if (awake[static_cast<std::size_t>(root)] == 0) {
+      ++p.skipped;
+      continue;
+    }
+    int& id = island_of[static_cast<std::size_t>(root)];
+    if (id < 0) {
+      id = static_cast<int>(p.islands.size());
+      p.islands.emplace_back();
+    }
+    p.islands[static_cast<std::size_t>(id)].blocks.push_back(i);
+  }
+  const auto island_at = [&](int block) -> Island* {
+    const int id = island_of[static_cast<std::size_t>(sets.root(block))];
+    return id < 0 ? nullptr : &p.islands[static_cast<std::size_t>(id)];
+  };
+  for (const auto& [i, j] : pairs) {
+    if (!moves(i) && !moves(j)) continue;
+    // B is the block with DOFs (the later one if both have).
+    const int b = moves(j) ? j : i, a = b == j ? i : j;
+    if (Island* island = island_at(b)) island->pairs.push_back({{Partner::Kind::block, a}, b});
+  }
+  for (const CandidatePair& c : fixed)
+    if (Island* island = island_at(c.b)) {
+      island->pairs.push_back(c);
+      if (c.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(c.a.index)].fixed_surface) {
+        p.structure_used[static_cast<std::size_t>(c.a.index)] = 1;
+        auto& list = island->structures;
+        if (std::find(list.begin(), list.end(), c.a.index) == list.end()) list.push_back(c.a.index);
+      }
+    }
+}
+
+bool CoupledSystem::stretch(double duration, std::string& failure) {
+  Plan p;
+  plan(duration, p);
+  const SystemState before = state_;
+  std::vector<std::vector<double>> structures_before(env_.structures.size());
+  for (std::size_t q = 0; q < env_.structures.size(); ++q)
+    if (p.structure_used[q]) {
+      StructurePart& part = env_.structures[q];
+      part.structure->save(structures_before[q]);
+      if (part.lagging_index) {
+        part.index->refit(part.structure->surface());
+        part.lagging_index = false;
+      }
+    }
+  for (const Island& island : p.islands)
+    for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
+
+  std::vector<IslandReport> reports(p.islands.size());
+  tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
+  const auto run = [&](std::size_t i) {
+    auto& stepper = steppers.local();
+    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, settings_.step);
+    const Island& island = p.islands[i];
+    double hint = 0;   // the smallest suggestion among its blocks
+    for (int b : island.blocks) {
+      const double h = state_.step[static_cast<std::size_t>(b)];
+      if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
+    }
+    reports[i] = stepper->advance(island, state_.time, duration, hint);
+  };
+  if (settings_.threads > 1 && p.islands.size() > 1) {
+    tbb::task_arena arena(settings_.threads);
+    arena.execute([&] { tbb::parallel_for(std::size_t{0}, p.islands.size(), run); });
+  } else {
+    for (std::size_t i = 0; i < p.islands.size(); ++i) run(i);
+  }
+
+  bool escaped = false;
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    if (!reports[i].failure.empty() && failure.empty())
+      failure = fmt::format("t = {:.6g} s, island of {} blocks with {}: {}", state_.time, p.islands[i].blocks.size(),
+                            model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name, reports[i].failure);
+    for (int b : p.islands[i].blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      if ((state_.blocks.c[k] - before.blocks.c[k]).norm() > p.reach[k] + 1e-12) escaped = true;
+    }
+  }
+  if (escaped || !failure.empty()) {
+    state_ = before;
+    for (std::size_t q = 0; q < env_.structures.size(); ++q)
+      if (p.structure_used[q]) {
+        env_.structures[q].structure->restore(structures_before[q]);
+        env_.structures[q].index->refit(env_.structures[q].structure->surface());
+      }
+    if (escaped) failure.clear();
+    return false;
+  }
+
+  for (std::size_t i = 0; i < reports.size(); ++i) {
+    IslandReport& r = reports[i];
+    state_.ledger += r.ledger;
+    counters_ += r.counters;
+    audit_.worst_force = std::max(audit_.worst_force, r.audit.worst_force);
+    audit_.worst_moment = std::max(audit_.worst_moment, r.audit.worst_moment);
+    audit_.impulse_on_structure += r.audit.impulse_on_structure;
+    audit_.impulse_on_blocks += r.audit.impulse_on_blocks;
+    audit_.work_on_blocks += r.ledger.blocks_contact_work;
+    audit_.work_on_structure += r.ledger.structure_contact_work;
+    rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());
+    for (int b : p.islands[i].blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      state_.step[k] = r.next_step;
+      if (!r.at_rest || !settings_.sleeping) continue;
+      const dda::BlockEnergy e = dda::energy(model_, state_.blocks, b);
+      state_.ledger.algorithmic += e.translational + e.rotational + e.straining;
+      state_.blocks.v[k].setZero();
+      state_.blocks.w[k].setZero();
+      state_.blocks.eps_rate[k].setZero();
+      state_.asleep[k] = 1;
+    }
+  }
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    StructurePart& part = env_.structures[q];
+    if (part.fixed_surface || p.structure_used[q]) continue;
+    if (part.structure->quiet()) {
+      ++structure_asleep_;
+      schemes_[q] = "asleep";
+      continue;
+    }
+    schemes_[q] = part.structure->advance_alone(state_.time, duration);
+    part.lagging_index = true;
+  }
+  islands_ = static_cast<int>(p.islands.size());
+  asleep_skipped_ += p.skipped;
+  ++state_.stretches;
+  return true;
+}
+
+void CoupledSystem::advance_to(double t) {
+  double longest = settings_.longest_stretch;
+  while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
+    const double remaining = t - state_.time;
+    double duration = std::min(remaining, longest);
+    if (duration < remaining) duration = remaining / std::ceil(remaining / duration - 1e-9);
+    std::string failure;
+    const double start = state_.time;
+    if (!stretch(duration, failure)) {
+      if (!failure.empty()) throw NumericalFailure(failure);
+      longest = 0.5 * duration;
+      if (longest < settings_.step.min_step)
+        throw NumericalFailure(fmt::format("t = {:.6g} s: blocks leave their predicted reach at the smallest stretch", state_.time));
+      continue;
+    }
+    state_.time = duration == remaining ? t : start + duration;
+    longest = std::min(settings_.longest_stretch, 2 * longest);
+  }
+  state_.time = t;
+}
+
+}  // namespace talus::coupling

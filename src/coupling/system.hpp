@@ -1,0 +1,86 @@
+/// Blocks and structures as one system: islands, sleep, structures that nothing touches, and the synchronised stretch.
+///
+/// Within a stretch every island of blocks that may meet (swept boxes overlap) advances on its own steps; a block that leaves the
+/// box it was given makes the stretch be repeated, halved. Resting islands sleep on a static certificate: the contact problem
+/// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
+#pragma once
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "coupling/counters.hpp"
+#include "coupling/environment.hpp"
+#include "coupling/island.hpp"
+#include "dda/state.hpp"
+
+namespace talus::coupling {
+
+/// Everything with a history, apart from the structures' own (Structure::save). A copy is a checkpoint.
+struct SystemState {
+  double time = 0;
+  long stretches = 0;
+  dda::State blocks;
+  ContactHistory contacts;
+  std::vector<char> asleep;              // per block
+  std::vector<double> step;              // suggested step of the island the block was last in [s]
+  Ledger ledger;
+  Vec3 block_impulse = Vec3::Zero();     // contact impulse from structures on blocks so far [N s]
+};
+
+struct SystemSettings {
+  StepSettings step;
+  bool sleeping = true;
+  int threads = 1;
+  double longest_stretch = 0.05;         // [s]
+};
+
+class CoupledSystem {
+ public:
+  CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings);
+  ~CoupledSystem();
+
+  /// Advances to time t exactly. Throws NumericalFailure naming the island if its smallest step cannot be solved; the state is
+  /// then the last committed one.
+  void advance_to(double t);
+
+  const dda::Model& model() const { return model_; }
+  dda::Model& model() { return model_; }
+  SystemState& state() { return state_; }
+  const SystemState& state() const { return state_; }
+  Environment& environment() { return env_; }
+  const Environment& environment() const { return env_; }
+
+  const Counters& counters() const { return counters_; }
+  const AuditSums& audit() const { return audit_; }
+  int islands() const { return islands_; }
+  int sleeping_blocks() const;
+  long asleep_skipped() const { return asleep_skipped_; }
+  long structure_asleep() const { return structure_asleep_; }
+  const std::vector<std::string>& structure_schemes() const { return schemes_; }
+  /// True if every block with DOFs sleeps and every structure is quiet.
+  bool at_rest() const;
+  /// Contacts on structures since the last call.
+  std::vector<StructureContact> take_structure_contacts();
+  /// Energy stored in contact springs now [J].
+  double spring_energy() const;
+  /// Appends a block (a fragment); returns its index.
+  int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
+
+ private:
+  struct Plan;
+  void plan(double stretch, Plan& p) const;
+  bool stretch(double duration, std::string& failure);
+
+  dda::Model model_;
+  SystemState state_;
+  Environment env_;
+  SystemSettings settings_;
+  Counters counters_;
+  AuditSums audit_;
+  std::vector<StructureContact> rows_;
+  std::vector<std::string> schemes_;
+  int islands_ = 0;
+  long asleep_skipped_ = 0, structure_asleep_ = 0;
+};
+
+}  // namespace talus::coupling
