@@ -1,0 +1,134 @@
+// Convex hulls, self-intersections and repair of meshes. One of the few files that pay for CGAL's headers.
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/orient_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/orientation.h>
+#include <CGAL/Polygon_mesh_processing/polygon_soup_to_polygon_mesh.h>
+#include <CGAL/Polygon_mesh_processing/repair_polygon_soup.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Polygon_mesh_processing/triangulate_hole.h>
+#include <CGAL/Surface_mesh.h>
+#include <CGAL/convex_hull_3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "geometry/mesh.hpp"
+
+namespace talus::geometry {
+namespace {
+
+namespace PMP = CGAL::Polygon_mesh_processing;
+using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
+using Point = Kernel::Point_3;
+using SurfaceMesh = CGAL::Surface_mesh<Point>;
+
+Mesh from_cgal(const SurfaceMesh& sm) {
+  Mesh mesh;
+  std::vector<int> number(sm.num_vertices() + sm.number_of_removed_vertices(), -1);
+  for (auto v : sm.vertices()) {
+    number[v.idx()] = static_cast<int>(mesh.vertices.size());
+    mesh.vertices.emplace_back(sm.point(v).x(), sm.point(v).y(), sm.point(v).z());
+  }
+  for (auto f : sm.faces()) {
+    std::array<int, 3> t{};
+    int k = 0;
+    for (auto v : sm.vertices_around_face(sm.halfedge(f)))
+      if (k < 3) t[k++] = number[v.idx()];
+    mesh.triangles.push_back(t);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+std::vector<std::pair<int, int>> self_intersections(const Mesh& mesh) {
+  SurfaceMesh sm;
+  std::vector<SurfaceMesh::Vertex_index> v;
+  for (const Vec3& p : mesh.vertices) v.push_back(sm.add_vertex(Point(p.x(), p.y(), p.z())));
+  for (const auto& t : mesh.triangles)
+    if (sm.add_face(v[t[0]], v[t[1]], v[t[2]]) == SurfaceMesh::null_face()) {
+      // A vertex where two fans of faces meet cannot be held in the half-edge structure: the surface touches itself.
+      return {{static_cast<int>(&t - mesh.triangles.data()), static_cast<int>(&t - mesh.triangles.data())}};
+    }
+  std::vector<std::pair<SurfaceMesh::Face_index, SurfaceMesh::Face_index>> found;
+  PMP::self_intersections(sm, std::back_inserter(found));
+  std::vector<std::pair<int, int>> pairs;
+  for (const auto& [a, b] : found) pairs.emplace_back(std::min<int>(a, b), std::max<int>(a, b));
+  std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+Mesh convex_hull(const std::vector<Vec3>& points) {
+  std::vector<Point> p;
+  for (const Vec3& q : points) {
+    if (!q.allFinite())
+      throw InputError(Problem{.key = "vertices", .rule = "coordinates must be finite"});
+    p.emplace_back(q.x(), q.y(), q.z());
+  }
+  SurfaceMesh sm;
+  if (p.size() >= 4) CGAL::convex_hull_3(p.begin(), p.end(), sm);
+  Mesh mesh = from_cgal(sm);
+  const Box3 box = mesh.bounds();
+  if (mesh.triangles.size() < 4 || !(signed_volume(mesh.vertices, mesh.triangles) > 1e-12 * std::pow(box.diagonal().norm(), 3)))
+    throw InputError(Problem{.key = "vertices", .value = fmt::format("{} points", points.size()),
+                             .rule = "must span a volume (four points at least, not in one plane)",
+                             .remedy = "give the corners of a body"});
+  return mesh;
+}
+
+Mesh repair(const Mesh& input, RepairReport& report, double weld_tolerance) {
+  report = {};
+  Mesh mesh = input;
+  mesh.group.clear();
+  mesh.group_names.clear();
+  const double size = mesh.bounds().diagonal().norm();
+  report.vertices_welded = weld(mesh, weld_tolerance >= 0 ? weld_tolerance : 1e-9 * size);
+
+  std::vector<Point> points;
+  for (const Vec3& q : mesh.vertices) points.emplace_back(q.x(), q.y(), q.z());
+  std::vector<std::vector<std::size_t>> soup;
+  for (const auto& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[t[0]], &b = mesh.vertices[t[1]], &c = mesh.vertices[t[2]];
+    if ((b - a).cross(c - a).norm() <= 2e-15 * size * size) continue;
+    soup.push_back({static_cast<std::size_t>(t[0]), static_cast<std::size_t>(t[1]), static_cast<std::size_t>(t[2])});
+  }
+  PMP::repair_polygon_soup(points, soup);
+  report.triangles_dropped = static_cast<int>(input.triangles.size() - soup.size());
+  const auto before = soup;
+  PMP::orient_polygon_soup(points, soup);
+  const auto cyclic = [](std::vector<std::size_t> t) {
+    std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+    return t;
+  };
+  for (std::size_t t = 0; t < std::min(soup.size(), before.size()); ++t)
+    report.triangles_turned += cyclic(soup[t]) != cyclic(before[t]);
+  if (!PMP::is_polygon_soup_a_polygon_mesh(soup)) {
+    report.remaining.push_back({.key = "mesh", .rule = "faces cannot be oriented consistently",
+                                .remedy = "remove inner walls and repeated faces"});
+    return mesh;
+  }
+  SurfaceMesh sm;
+  PMP::polygon_soup_to_polygon_mesh(points, soup, sm);
+  std::vector<SurfaceMesh::Halfedge_index> borders;
+  std::vector<bool> seen(sm.number_of_halfedges(), false);
+  for (auto h : sm.halfedges())
+    if (sm.is_border(h) && !seen[h.idx()]) {
+      borders.push_back(h);
+      for (auto g : CGAL::halfedges_around_face(h, sm)) seen[g.idx()] = true;
+    }
+  for (auto h : borders) {
+    std::vector<SurfaceMesh::Face_index> patch;
+    PMP::triangulate_hole(sm, h, std::back_inserter(patch));
+    if (!patch.empty()) ++report.holes_filled;
+    report.triangles_added += static_cast<int>(patch.size());
+  }
+  if (CGAL::is_closed(sm) && !PMP::is_outward_oriented(sm)) {
+    PMP::reverse_face_orientations(sm);
+    report.turned_inside_out = true;
+  }
+  Mesh out = from_cgal(sm);
+  report.remaining = closed_mesh_problems(out, "");
+  return out;
+}
+
+}  // namespace talus::geometry

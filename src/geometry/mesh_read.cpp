@@ -1,0 +1,398 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <memory>
+
+#include "geometry/mesh.hpp"
+#include "geometry/text_cursor.hpp"
+
+namespace talus::geometry {
+namespace {
+
+std::string ending(const std::string& path) {
+  const auto slash = path.find_last_of('/'), dot = path.find_last_of('.');
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
+  std::string e = path.substr(dot + 1);
+  std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return e;
+}
+
+/// Gives each distinct coordinate triple one number (open addressing; -0 counts as 0).
+class VertexTable {
+ public:
+  explicit VertexTable(std::vector<Vec3>& vertices, std::size_t expected) : vertices_(vertices) {
+    slots_.assign(std::bit_ceil(std::max<std::size_t>(16, 2 * expected)), -1);
+  }
+  int add(Vec3 p) {
+    p.array() += 0.0;  // -0 + 0 = 0
+    if (2 * (vertices_.size() + 1) > slots_.size()) grow();
+    std::size_t i = hash(p) & (slots_.size() - 1);
+    while (slots_[i] >= 0) {
+      if (vertices_[slots_[i]] == p) return slots_[i];
+      i = (i + 1) & (slots_.size() - 1);
+    }
+    vertices_.push_back(p);
+    return slots_[i] = static_cast<int>(vertices_.size()) - 1;
+  }
+
+ private:
+  static std::size_t hash(const Vec3& p) {
+    std::uint64_t h = 0x9e3779b97f4a7c15ull;
+    for (int k = 0; k < 3; ++k) {
+      h ^= std::bit_cast<std::uint64_t>(p[k]);
+      h *= 0xff51afd7ed558ccdull;
+      h ^= h >> 32;
+    }
+    return h;
+  }
+  void grow() {
+    slots_.assign(2 * slots_.size(), -1);
+    for (std::size_t v = 0; v < vertices_.size(); ++v) {
+      std::size_t i = hash(vertices_[v]) & (slots_.size() - 1);
+      while (slots_[i] >= 0) i = (i + 1) & (slots_.size() - 1);
+      slots_[i] = static_cast<int>(v);
+    }
+  }
+  std::vector<Vec3>& vertices_;
+  std::vector<int> slots_;
+};
+
+/// Collects faces as a file lists them, then shares identical vertices and drops those that no face uses.
+struct Builder {
+  std::string name;
+  std::vector<Vec3> points;
+  Mesh mesh;  // triangles index `points` until finish()
+  int group = 0;
+  bool grouped = false;
+
+  void face(const std::vector<int>& loop, TextCursor* cursor) {
+    if (loop.size() < 3) {
+      if (cursor) cursor->fail("face", "needs three vertices or more");
+      throw InputError(Problem{.file = name, .key = "face", .rule = "needs three vertices or more"});
+    }
+    if (loop.size() == 3) {
+      push({loop[0], loop[1], loop[2]});
+      return;
+    }
+    Vec3 normal = Vec3::Zero();  // Newell's: right for concave loops too
+    for (std::size_t i = 0; i < loop.size(); ++i)
+      normal += (points[loop[i]] - points[loop[0]]).cross(points[loop[(i + 1) % loop.size()]] - points[loop[0]]);
+    const auto triangles = triangulate_polygon(points, {loop}, normal);
+    if (triangles.empty()) {
+      const std::string rule = "polygon crosses itself or has no area";
+      if (cursor) cursor->fail("face", rule, "split the polygon into triangles");
+      throw InputError(Problem{.file = name, .key = fmt::format("mesh face {}", mesh.triangles.size()), .rule = rule,
+                               .remedy = "split the polygon into triangles"});
+    }
+    for (const auto& t : triangles) push(t);
+  }
+  void push(const std::array<int, 3>& t) {
+    mesh.triangles.push_back(t);
+    if (grouped) mesh.group.push_back(group);
+  }
+  void start_group(const std::string& group_name) {
+    if (!grouped) {
+      grouped = true;
+      mesh.group.assign(mesh.triangles.size(), 0);
+      if (!mesh.triangles.empty()) mesh.group_names.push_back("");
+    }
+    const auto found = std::find(mesh.group_names.begin(), mesh.group_names.end(), group_name);
+    group = static_cast<int>(found - mesh.group_names.begin());
+    if (found == mesh.group_names.end()) mesh.group_names.push_back(group_name);
+  }
+  Mesh finish() {
+    if (mesh.triangles.empty())
+      throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+    std::vector<int> number(points.size(), -1);
+    VertexTable table(mesh.vertices, points.size());
+    for (auto& t : mesh.triangles)
+      for (int& v : t) {
+        if (number[v] < 0) number[v] = table.add(points[v]);
+        v = number[v];
+      }
+    return std::move(mesh);
+  }
+};
+
+Mesh read_stl_binary(const std::string& text) {
+  std::uint32_t n;
+  std::memcpy(&n, text.data() + 80, 4);
+  Mesh mesh;
+  VertexTable table(mesh.vertices, n / 2 + 8);
+  mesh.triangles.resize(n);
+  for (std::uint32_t t = 0; t < n; ++t) {
+    float c[12];
+    std::memcpy(c, text.data() + 84 + 50ull * t, 48);
+    for (int k = 0; k < 3; ++k) mesh.triangles[t][k] = table.add(Vec3(c[3 + 3 * k], c[4 + 3 * k], c[5 + 3 * k]));
+  }
+  return mesh;
+}
+
+Mesh read_stl_text(const std::string& text, const std::string& name) {
+  TextCursor in(text, name);
+  Mesh mesh;
+  VertexTable table(mesh.vertices, text.size() / 500);
+  mesh.triangles.reserve(text.size() / 240);
+  std::array<int, 3> corner{};
+  int corners = 0, solids = 0;
+  while (!in.at_end()) {
+    const char* start = in.position();
+    const auto word = in.word();
+    if (word == "vertex") {
+      Vec3 p;
+      for (int k = 0; k < 3; ++k) p[k] = in.number<double>("vertex");
+      if (corners >= 3) in.position(start), in.fail("facet", "must have three vertices");
+      corner[corners++] = table.add(p);
+    } else if (word == "endloop") {
+      if (corners != 3) in.position(start), in.fail("facet", "must have three vertices");
+      mesh.triangles.push_back(corner);
+      corners = 0;
+    } else if (word == "facet" || word == "endsolid") {
+      in.rest_of_line();
+    } else if (word == "outer" || word == "loop" || word == "endfacet") {
+    } else if (word == "solid") {
+      in.rest_of_line();
+      ++solids;
+    } else {
+      in.position(start);
+      in.fail("stl", "is not a word of the STL format");
+    }
+  }
+  if (corners != 0) in.fail("facet", "file ends within a facet");
+  return mesh;
+}
+
+Mesh read_obj(const std::string& text, const std::string& name) {
+  TextCursor in(text, name);
+  Builder b;
+  b.name = name;
+  std::vector<int> loop;
+  while (!in.at_end()) {
+    const auto word = in.word();
+    if (word == "v") {
+      Vec3 p;
+      for (int k = 0; k < 3; ++k) p[k] = in.number<double>("v");
+      b.points.push_back(p);
+    } else if (word == "f") {
+      loop.clear();
+      while (!in.at_line_end()) {
+        const char* start = in.position();
+        const long i = in.number<long>("f");
+        const long n = static_cast<long>(b.points.size()), v = i < 0 ? n + i : i - 1;
+        if (i == 0 || v < 0 || v >= n)
+          in.position(start), in.fail("f", fmt::format("vertex must be in 1..{} (or -{}..-1)", n, n));
+        loop.push_back(static_cast<int>(v));
+        in.word();  // texture and normal indices follow a slash
+      }
+      b.face(loop, &in);
+    } else if (word == "g" || word == "o") {
+      b.start_group(std::string(in.rest_of_line()));
+      continue;
+    }
+    in.rest_of_line();
+  }
+  return b.finish();
+}
+
+Mesh read_off(const std::string& text, const std::string& name) {
+  TextCursor in(text, name);
+  Builder b;
+  b.name = name;
+  in.skip_comments();
+  const auto word = in.word();
+  if (word != "OFF" && word != "COFF" && word != "NOFF") in.fail("off", "must begin with OFF");
+  in.skip_comments();
+  const long nv = in.number<long>("vertices"), nf = in.number<long>("faces");
+  if (nv < 0 || nf < 0) in.fail("off", "counts must not be negative");
+  in.rest_of_line();
+  b.points.resize(nv);
+  for (Vec3& p : b.points) {
+    in.skip_comments();
+    for (int k = 0; k < 3; ++k) p[k] = in.number<double>("vertex");
+    in.rest_of_line();
+  }
+  std::vector<int> loop;
+  for (long f = 0; f < nf; ++f) {
+    in.skip_comments();
+    const long n = in.number<long>("face");
+    loop.clear();
+    for (long k = 0; k < n; ++k) {
+      in.skip_space();
+      const char* start = in.position();
+      const long v = in.number<long>("face");
+      if (v < 0 || v >= nv) in.position(start), in.fail("face", fmt::format("vertex must be in 0..{}", nv - 1));
+      loop.push_back(static_cast<int>(v));
+    }
+    b.face(loop, &in);
+    in.rest_of_line();  // colours
+  }
+  return b.finish();
+}
+
+/// One PLY property or element, from the header.
+struct PlyProperty {
+  std::string name;
+  int size = 0, count_size = 0;  // bytes; count_size > 0: list
+  char kind = 'f', count_kind = 'u';  // f float, i signed, u unsigned
+};
+struct PlyElement {
+  std::string name;
+  long count = 0;
+  std::vector<PlyProperty> properties;
+};
+
+bool ply_type(std::string_view word, int& size, char& kind) {
+  static const std::map<std::string_view, std::pair<int, char>> types = {
+      {"char", {1, 'i'}},  {"int8", {1, 'i'}},   {"uchar", {1, 'u'}},  {"uint8", {1, 'u'}},   {"short", {2, 'i'}},
+      {"int16", {2, 'i'}}, {"ushort", {2, 'u'}}, {"uint16", {2, 'u'}}, {"int", {4, 'i'}},     {"int32", {4, 'i'}},
+      {"uint", {4, 'u'}},  {"uint32", {4, 'u'}}, {"float", {4, 'f'}},  {"float32", {4, 'f'}}, {"double", {8, 'f'}},
+      {"float64", {8, 'f'}}};
+  const auto it = types.find(word);
+  if (it == types.end()) return false;
+  size = it->second.first, kind = it->second.second;
+  return true;
+}
+
+double ply_value(const char* p, int size, char kind, bool swap) {
+  unsigned char raw[8];
+  std::memcpy(raw, p, size);
+  if (swap) std::reverse(raw, raw + size);
+  const auto as = [&]<class T>(T x) {
+    std::memcpy(&x, raw, sizeof x);
+    return static_cast<double>(x);
+  };
+  switch (kind) {
+    case 'f': return size == 4 ? as(float{}) : as(double{});
+    case 'i': return size == 1 ? as(std::int8_t{}) : size == 2 ? as(std::int16_t{}) : as(std::int32_t{});
+    default: return size == 1 ? as(std::uint8_t{}) : size == 2 ? as(std::uint16_t{}) : as(std::uint32_t{});
+  }
+}
+
+Mesh read_ply(const std::string& text, const std::string& name) {
+  TextCursor in(text, name);
+  if (in.rest_of_line() != "ply") in.fail("ply", "must begin with ply");
+  std::vector<PlyElement> elements;
+  bool is_text = false, swap = false;
+  for (;;) {
+    if (in.at_end()) in.fail("ply", "header has no end_header");
+    const auto word = in.word();
+    if (word == "end_header") {
+      in.rest_of_line();
+      break;
+    }
+    if (word == "format") {
+      const auto format = in.word();
+      is_text = format == "ascii";
+      swap = format == "binary_big_endian";
+      if (!is_text && !swap && format != "binary_little_endian") in.fail("format", "must be ascii or binary");
+    } else if (word == "element") {
+      PlyElement e;
+      e.name = in.word();
+      e.count = in.number<long>("element");
+      elements.push_back(e);
+    } else if (word == "property") {
+      if (elements.empty()) in.fail("property", "stands before any element");
+      PlyProperty p;
+      auto type = in.word();
+      if (type == "list") {
+        if (!ply_type(in.word(), p.count_size, p.count_kind)) in.fail("property", "unknown type");
+        type = in.word();
+      }
+      if (!ply_type(type, p.size, p.kind)) in.fail("property", "unknown type");
+      p.name = in.word();
+      elements.back().properties.push_back(p);
+    }
+    in.rest_of_line();
+  }
+  Builder b;
+  b.name = name;
+  std::vector<int> loop;
+  const auto next = [&](int size, char kind, const std::string& what) {
+    if (is_text) return in.number<double>(what.c_str());
+    if (in.end() - in.position() < size) in.fail(what, "file is shorter than its header says");
+    const double x = ply_value(in.position(), size, kind, swap);
+    in.position(in.position() + size);
+    return x;
+  };
+  for (const PlyElement& e : elements) {
+    const bool is_vertex = e.name == "vertex", is_face = e.name == "face";
+    for (long i = 0; i < e.count; ++i) {
+      Vec3 p = Vec3::Zero();
+      for (const PlyProperty& property : e.properties) {
+        if (property.count_size > 0) {
+          const long n = static_cast<long>(next(property.count_size, property.count_kind, property.name));
+          loop.clear();
+          for (long k = 0; k < n; ++k) loop.push_back(static_cast<int>(next(property.size, property.kind, property.name)));
+          if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
+            for (int v : loop)
+              if (v < 0 || v >= static_cast<int>(b.points.size()))
+                throw InputError(Problem{.file = name, .key = fmt::format("mesh face {}", i), .value = std::to_string(v),
+                                         .rule = fmt::format("vertex must be in 0..{}", b.points.size() - 1)});
+            b.face(loop, nullptr);
+          }
+        } else {
+          const double x = next(property.size, property.kind, property.name);
+          if (property.name == "x") p.x() = x;
+          if (property.name == "y") p.y() = x;
+          if (property.name == "z") p.z() = x;
+        }
+      }
+      if (is_vertex) b.points.push_back(p);
+    }
+  }
+  return b.finish();
+}
+
+std::string read_file(const std::string& path) {
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
+  std::string text;
+  if (file && std::fseek(file.get(), 0, SEEK_END) == 0) {
+    const long size = std::ftell(file.get());
+    std::rewind(file.get());
+    if (size >= 0 && size < (1l << 40)) {
+      text.resize(size);
+      if (std::fread(text.data(), 1, size, file.get()) == static_cast<std::size_t>(size)) return text;
+    }
+  }
+  throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read",
+                           .remedy = "check the path, which is relative to the scene file"});
+}
+
+}  // namespace
+
+bool is_mesh_file(const std::string& path) {
+  const std::string e = ending(path);
+  return e == "stl" || e == "obj" || e == "ply" || e == "off";
+}
+
+Mesh read_mesh_text(const std::string& text, const std::string& name) {
+  const std::string e = ending(name);
+  if (e == "stl") {
+    std::uint32_t n = 0;
+    if (text.size() >= 84) std::memcpy(&n, text.data() + 80, 4);
+    const bool is_binary = text.size() >= 84 && text.size() == 84 + 50ull * n;
+    if (!is_binary && text.compare(0, 5, "solid") != 0)
+      throw InputError(Problem{.file = name, .key = "stl",
+                               .value = fmt::format("{} bytes for {} triangles", text.size(), n),
+                               .rule = "neither text (\"solid\" first) nor a whole binary STL (84 + 50 bytes a triangle)",
+                               .remedy = "export the file again"});
+    Mesh mesh = is_binary ? read_stl_binary(text) : read_stl_text(text, name);
+    if (mesh.triangles.empty())
+      throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+    return mesh;
+  }
+  if (e == "obj") return read_obj(text, name);
+  if (e == "ply") return read_ply(text, name);
+  if (e == "off") return read_off(text, name);
+  throw InputError(Problem{.file = name, .key = "file", .value = e, .rule = "not a mesh format that is read",
+                           .remedy = "use STL, OBJ, PLY or OFF"});
+}
+
+Mesh read_mesh(const std::string& path) { return read_mesh_text(read_file(path), path); }
+
+}  // namespace talus::geometry

@@ -1,0 +1,22 @@
+/// Rasters (ESRI ASCII grid, GeoTIFF and all else that GDAL reads) through a module loaded on first use: GDAL brings
+/// some hundred shared libraries, which a run without a raster must not pay for.
+///
+/// The module `talus_raster.so` is looked for in $TALUS_MODULE_DIR, then beside the executable, then in the
+/// executable's ../lib/talus.
+#pragma once
+#include <string>
+
+#include "geometry/raster/raster_module.hpp"
+
+namespace talus::geometry {
+
+/// Throws InputError naming the file. Rotated rasters are refused; rows are returned north first.
+Raster read_raster(const std::string& path);
+
+/// Writes .tif (GeoTIFF) or .asc (ESRI ASCII grid); NaN becomes NODATA.
+void write_raster(const std::string& path, const Raster& raster);
+
+/// 1 the same system, 0 different, -1 if either is not known.
+int same_crs(const std::string& a, const std::string& b);
+
+}  // namespace talus::geometry

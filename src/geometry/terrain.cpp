@@ -1,0 +1,252 @@
+#include "geometry/terrain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "geometry/mesh.hpp"
+#include "geometry/raster.hpp"
+
+namespace talus::geometry {
+namespace {
+
+/// Nodes of the raster as scene coordinates, cropped, with the triangles that all three corners have data for.
+void triangulate_grid(const Raster& r, const TerrainOptions& options, const std::string& path, Terrain& out,
+                      std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles) {
+  const double dx = r.transform[1], dy = -r.transform[5];
+  const double west = r.transform[0] + 0.5 * dx - options.origin.x();
+  const double south = r.transform[3] - (r.rows - 0.5) * dy - options.origin.y();
+  int j0 = 0, j1 = r.columns - 1, i0 = 0, i1 = r.rows - 1;  // kept nodes, i from the south
+  if (options.crop) {
+    const auto clamp = [](double x, int n) { return static_cast<int>(std::clamp(x, -1.0, static_cast<double>(n))); };
+    j0 = std::max(0, clamp(std::floor((options.crop->min().x() - west) / dx + 1e-9), r.columns));
+    j1 = std::min(r.columns - 1, clamp(std::ceil((options.crop->max().x() - west) / dx - 1e-9), r.columns));
+    i0 = std::max(0, clamp(std::floor((options.crop->min().y() - south) / dy + 1e-9), r.rows));
+    i1 = std::min(r.rows - 1, clamp(std::ceil((options.crop->max().y() - south) / dy - 1e-9), r.rows));
+  }
+  if (j1 - j0 < 1 || i1 - i0 < 1)
+    throw InputError(Problem{.file = path, .key = "site.crop",
+                             .value = fmt::format("grid spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", west,
+                                                  west + (r.columns - 1) * dx, south, south + (r.rows - 1) * dy),
+                             .rule = "keeps less than one cell of the grid", .remedy = "move the crop box or the origin"});
+  GridHoles& g = out.grid;
+  g.columns = j1 - j0 + 1;
+  g.rows = i1 - i0 + 1;
+  g.dx = dx, g.dy = dy;
+  g.x0 = west + j0 * dx;
+  g.y0 = south + i0 * dy;
+  g.has_data.assign(static_cast<std::size_t>(g.columns) * g.rows, 0);
+  std::vector<int> number(g.has_data.size(), -1);
+  vertices.reserve(number.size());
+  std::size_t missing = 0;
+  for (int i = 0; i < g.rows; ++i)
+    for (int j = 0; j < g.columns; ++j) {
+      const double z = r.values[static_cast<std::size_t>(r.rows - 1 - (i + i0)) * r.columns + (j + j0)];
+      const std::size_t k = static_cast<std::size_t>(i) * g.columns + j;
+      if (!std::isfinite(z)) {
+        ++missing;
+        continue;
+      }
+      g.has_data[k] = 1;
+      number[k] = static_cast<int>(vertices.size());
+      vertices.emplace_back(west + (j + j0) * dx, south + (i + i0) * dy, z - options.origin.z());
+    }
+  triangles.reserve(2 * number.size());
+  for (int i = 0; i + 1 < g.rows; ++i)
+    for (int j = 0; j + 1 < g.columns; ++j) {
+      const std::size_t k = static_cast<std::size_t>(i) * g.columns + j;
+      const int ll = number[k], lr = number[k + 1], ul = number[k + g.columns], ur = number[k + g.columns + 1];
+      if (ll >= 0 && lr >= 0 && ur >= 0) triangles.push_back({ll, lr, ur});
+      if (ll >= 0 && ur >= 0 && ul >= 0) triangles.push_back({ll, ur, ul});
+    }
+  if (triangles.empty())
+    throw InputError(Problem{.file = path, .key = "site.terrain", .value = fmt::format("{} of {} nodes are NODATA", missing, number.size()),
+                             .rule = "the grid (after the crop) holds no surface", .remedy = "move the crop box, or fill the grid"});
+  if (missing > 0)
+    out.warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain",
+                            .value = fmt::format("{} of {} nodes", missing, number.size()),
+                            .rule = "NODATA: the terrain has holes or a ragged edge there",
+                            .remedy = "a block that gets there stops the run; fill the grid if that matters"});
+}
+
+/// Level strips of width w around the box of the surface: blocks that leave sideways stay on ground a little longer.
+void widen(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double w) {
+  // Border edges have one triangle; each becomes a quad that reaches outward, level with the edge.
+  std::vector<std::array<int, 3>> half;  // lower, higher, +-1
+  for (const auto& t : triangles)
+    for (int k = 0; k < 3; ++k) {
+      const int a = t[k], b = t[(k + 1) % 3];
+      half.push_back({std::min(a, b), std::max(a, b), a < b ? 1 : -1});
+    }
+  std::sort(half.begin(), half.end());
+  std::vector<Vec3> outward(vertices.size(), Vec3::Zero());
+  std::vector<std::pair<int, int>> border;
+  for (std::size_t i = 0; i < half.size();) {
+    std::size_t j = i + 1;
+    while (j < half.size() && half[j][0] == half[i][0] && half[j][1] == half[i][1]) ++j;
+    if (j == i + 1) {
+      auto [a, b, sign] = half[i];
+      if (sign < 0) std::swap(a, b);
+      border.emplace_back(a, b);
+      const Vec3 e = vertices[b] - vertices[a];
+      const Vec3 n = Vec3(e.y(), -e.x(), 0).normalized();  // the surface lies left of a -> b
+      for (int v : {a, b}) outward[v] += n;
+    }
+    i = j;
+  }
+  std::vector<int> twin(vertices.size(), -1);
+  for (const auto& [a, b] : border)
+    for (int v : {a, b})
+      if (twin[v] < 0 && outward[v].norm() > 0.3) {
+        // Mitre: each side moves outward by w.
+        const Vec3 n = outward[v].normalized();
+        twin[v] = static_cast<int>(vertices.size());
+        vertices.push_back(vertices[v] + n * (w * 2 / std::max(outward[v].norm(), 0.5)));
+      }
+  for (const auto& [a, b] : border)
+    if (twin[a] >= 0 && twin[b] >= 0) {
+      triangles.push_back({b, a, twin[a]});
+      triangles.push_back({b, twin[a], twin[b]});
+    }
+}
+
+}  // namespace
+
+bool Terrain::over_hole(double x, double y) const {
+  if (grid.has_data.empty()) return false;
+  const double u = (x - grid.x0) / grid.dx, v = (y - grid.y0) / grid.dy;
+  if (u < 0 || v < 0 || u > grid.columns - 1 || v > grid.rows - 1) return false;
+  const int j = std::min(static_cast<int>(u), grid.columns - 2), i = std::min(static_cast<int>(v), grid.rows - 2);
+  const auto data = [&](int a, int b) { return grid.has_data[static_cast<std::size_t>(a) * grid.columns + b] != 0; };
+  if (!data(i, j) || !data(i + 1, j + 1)) return true;
+  return u - j >= v - i ? !data(i, j + 1) : !data(i + 1, j);
+}
+
+Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
+                     const std::string& name) {
+  Terrain out;
+  double size_sq = 0;
+  {
+    Box3 box;
+    for (const Vec3& v : vertices) {
+      if (!v.allFinite())
+        throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
+      box.extend(v);
+    }
+    if (!vertices.empty()) size_sq = box.diagonal().squaredNorm();
+  }
+  std::size_t kept = 0, flat = 0;
+  for (auto t : triangles) {
+    const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+    if (options.crop) {
+      const auto outside = [&](int k) {
+        return std::max({a[k], b[k], c[k]}) < options.crop->min()[k] || std::min({a[k], b[k], c[k]}) > options.crop->max()[k];
+      };
+      if (outside(0) || outside(1)) continue;
+    }
+    const Vec3 n = (b - a).cross(c - a);
+    if (n.norm() <= 1e-16 * size_sq) {
+      ++flat;
+      continue;
+    }
+    if (!options.two_sided && n.z() < 0) std::swap(t[1], t[2]);
+    triangles[kept++] = t;
+  }
+  triangles.resize(kept);
+  if (kept == 0)
+    throw InputError(Problem{.file = name, .key = options.crop ? "site.crop" : "site.terrain", .rule = "no triangle is left",
+                             .remedy = options.crop ? "move the crop box or the origin" : "give a surface mesh"});
+  if (flat > 0)
+    out.warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = "site.terrain",
+                            .value = fmt::format("{}", flat), .rule = "triangles of no area were left out", .remedy = "none needed"});
+  out.triangles_read = kept;
+  if (options.decimation_error > 0) decimate(vertices, triangles, options.decimation_error, out.decimation_reached);
+  if (options.widen > 0) widen(vertices, triangles, options.widen);
+  // Vertices that no triangle uses any more would only slow the search down.
+  std::vector<int> number(vertices.size(), -1);
+  std::size_t used = 0;
+  for (const auto& t : triangles)
+    for (int v : t) number[v] = 0;
+  for (std::size_t v = 0; v < vertices.size(); ++v)
+    if (number[v] == 0) {
+      number[v] = static_cast<int>(used);
+      vertices[used++] = vertices[v];
+    }
+  vertices.resize(used);
+  for (auto& t : triangles)
+    for (int& v : t) v = number[v];
+
+  TriangleSurface& s = out.surface;
+  s.vertices = std::move(vertices);
+  s.triangles = std::move(triangles);
+  s.two_sided = options.two_sided;
+  s.default_material = options.default_material;
+  if (!options.material_areas.empty()) {
+    s.material.assign(s.triangles.size(), options.default_material);
+    for (const auto& area : options.material_areas) {
+      const Area polygon = read_area(area.polygon_file);
+      std::size_t covered = 0;
+      for (std::size_t t = 0; t < s.triangles.size(); ++t) {
+        const auto& c = s.triangles[t];
+        const Vec3 m = (s.vertices[c[0]] + s.vertices[c[1]] + s.vertices[c[2]]) / 3 + options.origin;
+        if (polygon.contains(m.x(), m.y())) s.material[t] = area.material, ++covered;
+      }
+      if (covered == 0)
+        out.warnings.push_back({.severity = Problem::Severity::warning, .file = area.polygon_file, .key = "site.material_areas",
+                                .rule = "covers no triangle of the terrain", .remedy = "check that it is in the terrain's map coordinates"});
+    }
+  }
+  return out;
+}
+
+Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
+  if (options.decimation_error < 0 || !std::isfinite(options.decimation_error))
+    throw InputError(Problem{.key = "site.decimation_error", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
+  if (is_mesh_file(path)) {
+    Mesh mesh = read_mesh(path);
+    for (Vec3& v : mesh.vertices) v -= options.origin;
+    return make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), options, path);
+  }
+  const Raster raster = read_raster(path);
+  if (!options.crs.empty() && !raster.crs.empty() && same_crs(options.crs, raster.crs) == 0)
+    throw InputError(Problem{.file = path, .key = "site.crs", .value = options.crs,
+                             .rule = "the raster is in another coordinate system: " + raster.crs.substr(0, 80),
+                             .remedy = "warp the raster (gdalwarp -t_srs) or correct crs"});
+  Terrain grid;
+  std::vector<Vec3> vertices;
+  std::vector<std::array<int, 3>> triangles;
+  triangulate_grid(raster, options, path, grid, vertices, triangles);
+  TerrainOptions rest = options;
+  rest.crop.reset();  // already done, on whole cells
+  Terrain out = make_terrain(std::move(vertices), std::move(triangles), rest, path);
+  out.grid = std::move(grid.grid);
+  out.crs = raster.crs;
+  out.warnings.insert(out.warnings.begin(), grid.warnings.begin(), grid.warnings.end());
+  return out;
+}
+
+TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces, double width) {
+  if (!(width > 0)) throw InputError(Problem{.key = "width", .value = fmt::format("{}", width), .rule = "must be positive", .remedy = "give metres"});
+  TriangleSurface s;
+  const Vec3 down(std::sin(dip_direction), std::cos(dip_direction), 0), side = Vec3::UnitZ().cross(down);
+  Vec3 p = crest;
+  const auto row = [&] {
+    s.vertices.push_back(p - 0.5 * width * side);
+    s.vertices.push_back(p + 0.5 * width * side);
+  };
+  row();
+  for (const SlopeFace& f : faces) {
+    if (!(f.length > 0) || !(std::abs(f.dip) < 1.5707))
+      throw InputError(Problem{.key = "face", .value = fmt::format("dip {} rad, length {} m", f.dip, f.length),
+                               .rule = "needs a positive length and a dip between -90 and 90 degrees", .remedy = "correct it"});
+    p += f.length * (std::cos(f.dip) * down - std::sin(f.dip) * Vec3::UnitZ());
+    const int a = static_cast<int>(s.vertices.size()) - 2;
+    row();
+    s.triangles.push_back({a, a + 2, a + 3});
+    s.triangles.push_back({a, a + 3, a + 1});
+  }
+  return s;
+}
+
+}  // namespace talus::geometry

@@ -1,0 +1,80 @@
+/// Terrain as a fixed triangle surface, from meshes (STL, OBJ, PLY, OFF) and rasters (ESRI ASCII grid, GeoTIFF).
+///
+///   scene coordinates = map coordinates - origin
+///
+/// Grid nodes are cell centres; each quad is split from its lower left to its upper right node. A triangle with a
+/// NODATA corner does not exist, and the place is remembered: `over_hole` tells a block over a hole from one beside
+/// the terrain. Solid lies below: triangles are turned so that n_z > 0, whatever their winding, unless `two_sided`.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "contact/surface.hpp"
+#include "core/error.hpp"
+#include "core/types.hpp"
+
+namespace talus::geometry {
+
+struct TerrainOptions {
+  bool two_sided = false;
+  int default_material = 0;
+  Vec3 origin = Vec3::Zero();       // map coordinates of the scene origin [m]
+  std::optional<Box3> crop;         // scene coordinates; x and y count [m]
+  double decimation_error = 0;      // largest vertical error allowed [m]; 0: all triangles are kept
+  double widen = 0;                 // lateral limits moved outward by this much, level with the edge [m]
+  std::string crs;                  // the scene's; a raster in another system is an error; empty: not checked
+  struct MaterialArea {
+    std::string polygon_file;       // GeoJSON, map coordinates; later areas win
+    int material = 0;
+  };
+  std::vector<MaterialArea> material_areas;
+};
+
+/// Where a grid has data; empty for meshes.
+struct GridHoles {
+  double x0 = 0, y0 = 0, dx = 0, dy = 0;  // node (0, 0) is the south-west one [m]
+  int columns = 0, rows = 0;
+  std::vector<char> has_data;             // rows x columns, south first
+};
+
+struct Terrain {
+  TriangleSurface surface;
+  std::string crs;                  // of the file, if it names one
+  GridHoles grid;
+  double decimation_reached = 0;    // largest vertical error of the decimated surface [m]
+  std::size_t triangles_read = 0;   // before decimation
+  std::vector<Problem> warnings;    // holes, dropped triangles
+
+  /// True if (x, y) lies within the grid's limits but no triangle covers it.
+  bool over_hole(double x, double y) const;
+};
+
+/// Throws InputError naming the file and what to do.
+Terrain load_terrain(const std::string& path, const TerrainOptions& options = {});
+
+/// Terrain surface from a mesh in memory (orientation, crop, materials and decimation as above).
+Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
+                     const std::string& name);
+
+/// A slope in the paper's way: planar sub-faces one below the other, each going down along `dip_direction` at its dip
+/// for its length; the profile is extruded sideways by `width`.
+struct SlopeFace {
+  double dip = 0;     // [rad]; negative: rises
+  double length = 0;  // along the face [m]
+};
+TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const std::vector<SlopeFace>& faces, double width);
+
+/// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the even-odd rule.
+struct Area {
+  std::vector<std::vector<Eigen::Vector2d>> rings;
+  bool contains(double x, double y) const;
+};
+Area read_area(const std::string& path);
+
+/// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically, everywhere.
+/// Border vertices stay. `error_reached` is the largest difference of the result. Only for surfaces that are a
+/// function z(x, y).
+void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached);
+
+}  // namespace talus::geometry
