@@ -1,0 +1,279 @@
+// The only place that decides what exists.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "coupling/touch.hpp"
+#include "geometry/mass_properties.hpp"
+#include "geometry/shape.hpp"
+#include "geometry/terrain.hpp"
+#include "sim/world.hpp"
+
+namespace talus::sim {
+namespace {
+
+geometry::ShapeSpec shape_spec(const scene::Shape& s, double density) {
+  geometry::ShapeSpec g;
+  g.kind = s.kind;
+  g.size = s.size;
+  g.diameter = s.diameter;
+  g.longitudes = s.longitudes;
+  g.latitudes = s.latitudes;
+  g.vertices = s.vertices;
+  g.file = s.file;
+  g.volume = s.volume;
+  g.mass = s.mass;
+  g.density = density;
+  g.seed = s.seed;
+  g.aspect = s.aspect;
+  return g;
+}
+
+/// Kelvin-Voigt time so that the slowest strain mode of the block has this ratio of critical damping.
+constexpr double strain_damping_ratio = 0.02;
+
+class Builder {
+ public:
+  Builder(scene::Scene scene, Report report) : world_(std::make_unique<World>()) {
+    world_->scene = std::move(scene);
+    world_->report = report ? std::move(report) : [](const std::string&) {};
+  }
+
+  std::unique_ptr<World> build() {
+    const scene::Scene& s = world_->scene;
+    model_.gravity = s.simulation.gravity;
+    for (const scene::Block& b : s.blocks) add_block(b);
+    add_terrain();
+    env_.planes = s.planes;
+    env_.laws = s.laws;
+    if (problems_.empty()) add_structures();
+    if (!problems_.empty()) throw InputError(problems_);
+
+    coupling::SystemSettings settings;
+    settings.step.fixed_step = s.simulation.step.value_or(0);
+    settings.step.accuracy = s.simulation.accuracy.value_or(1e-3);
+    settings.step.min_step = s.simulation.min_step;
+    settings.sleeping = s.simulation.sleeping;
+    settings.threads = std::max(1, s.simulation.threads);
+    settings.longest_stretch = std::max(0.05, s.output.history_interval);
+    const dda::State start = state_.blocks;
+    world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
+    check_start();
+    if (!problems_.empty()) throw InputError(problems_);
+    if (s.simulation.method == scene::Simulation::Method::dda1988) {
+      world_->paper.emplace();
+      const coupling::Environment& env = world_->system->environment();
+      if (env.terrain) world_->paper->surfaces.push_back(env.terrain.get());
+      for (const coupling::StructurePart& p : env.structures) world_->paper->surfaces.push_back(p.index.get());
+    }
+    fill_header();
+    return std::move(world_);
+  }
+
+ private:
+  void problem(std::string key, std::string value, std::string rule, std::string remedy) {
+    Problem p;
+    p.file = world_->scene.file;
+    p.key = std::move(key);
+    p.value = std::move(value);
+    p.rule = std::move(rule);
+    p.remedy = std::move(remedy);
+    problems_.push_back(std::move(p));
+  }
+
+  void push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
+    dda::State& s = state_.blocks;
+    s.c.push_back(c);
+    s.v.push_back(v);
+    s.w.push_back(w);
+    s.q.push_back(Quat(rotation).normalized());
+    s.eps.push_back(Vec6::Zero());
+    s.eps_rate.push_back(Vec6::Zero());
+    model_.blocks.push_back(std::move(b));
+  }
+
+  dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable) {
+    const scene::Material& m = world_->scene.materials[static_cast<std::size_t>(material)];
+    const geometry::MassProperties properties = geometry::mass_properties(shape, m.density);
+    dda::Model::Block b;
+    b.name = name;
+    b.mass = properties.mass;
+    b.volume = properties.volume;
+    b.second_moment = properties.second_moment;
+    b.inertia = properties.inertia();
+    b.material = material;
+    b.deformable = deformable && m.young > 0;
+    b.young = m.young;
+    b.poisson = m.poisson;
+    if (b.deformable) {
+      const double omega = M_PI * std::sqrt(m.young / m.density) / (2 * shape.radius);
+      b.strain_damping = 2 * strain_damping_ratio / omega;
+    }
+    b.shape = std::make_shared<const Polyhedron>(std::move(shape));
+    return b;
+  }
+
+  void add_block(const scene::Block& b) {
+    try {
+      const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
+      geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
+      dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
+      const Vec3 c = b.position ? *b.position : shape.shift;
+      block.fixed = b.fixed;
+      for (const Vec3& x : b.fixed_points) {
+        block.fixed_points.push_back(b.rotation.transpose() * (x - c));
+        block.fixed_points_world.push_back(x);
+      }
+      push(std::move(block), c, b.rotation, b.velocity, b.spin);
+    } catch (const InputError& e) {
+      for (Problem p : e.problems()) {
+        if (p.file.empty()) p.file = world_->scene.file;
+        p.key = fmt::format("block.{}{}{}", b.name, p.key.empty() ? "" : ".", p.key);
+        problems_.push_back(std::move(p));
+      }
+    }
+  }
+
+  void add_terrain() {
+    const auto& site = world_->scene.site;
+    if (!site || site->terrain.empty()) return;
+    geometry::TerrainOptions o;
+    o.two_sided = site->two_sided;
+    o.default_material = site->material;
+    o.origin = site->origin;
+    o.crop = site->crop;
+    o.decimation_error = site->decimation_error;
+    o.widen = site->widen;
+    o.crs = site->crs;
+    for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.material});
+    try {
+      terrain_ = geometry::load_terrain(site->terrain, o);
+    } catch (const InputError& e) {
+      problems_.insert(problems_.end(), e.problems().begin(), e.problems().end());
+      return;
+    }
+    for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
+    env_.terrain = std::make_unique<contact::SurfaceIndex>(terrain_->surface);
+    for (std::size_t i = 0; i < model_.blocks.size(); ++i) {
+      const Vec3& c = state_.blocks.c[i];
+      if (terrain_->over_hole(c.x(), c.y()))
+        problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
+                "the terrain has no data (NODATA) under the block",
+                "move the block, or fill the hole in the grid before use");
+    }
+  }
+
+  void add_structures() {
+    for (StructureSpec spec : world_->scene.structures) {
+      coupling::StructurePart part;
+      part.material = spec.material;
+      part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
+      if (terrain_ && spec.kind == "viaduct") {
+        for (Vec3& base : spec.pier_bases) {
+          const double z = env_.terrain->height(base.x(), base.y());
+          if (std::isfinite(z)) base.z() = z;
+        }
+      }
+      try {
+        part.structure = load_structure(spec, model_.gravity, world_->report);
+      } catch (const InputError& e) {
+        for (Problem p : e.problems()) {
+          if (p.file.empty()) p.file = world_->scene.file;
+          if (p.key.rfind("structure", 0) != 0) p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
+          problems_.push_back(std::move(p));
+        }
+        continue;
+      }
+      part.index = std::make_unique<contact::SurfaceIndex>(part.structure->surface());
+      env_.structures.push_back(std::move(part));
+    }
+  }
+
+  /// Nothing may overlap at the start by more than 1e-9 of the block size.
+  void check_start() {
+    coupling::CoupledSystem& system = *world_->system;
+    const dda::Model& model = system.model();
+    const coupling::SystemState& state = system.state();
+    const int n = static_cast<int>(model.blocks.size());
+    std::vector<Box3> boxes;
+    for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
+    std::vector<std::pair<int, int>> pairs;
+    contact::overlapping_pairs(boxes, pairs);
+    std::vector<coupling::CandidatePair> candidates;
+    using Kind = coupling::Partner::Kind;
+    for (const auto& [i, j] : pairs) {
+      const bool moves_i = model.blocks[static_cast<std::size_t>(i)].ndof() > 0, moves_j = model.blocks[static_cast<std::size_t>(j)].ndof() > 0;
+      if (moves_i || moves_j) candidates.push_back({{Kind::block, moves_j ? i : j}, moves_j ? j : i});
+    }
+    const coupling::Environment& env = system.environment();
+    for (int i = 0; i < n; ++i) {
+      if (model.blocks[static_cast<std::size_t>(i)].ndof() == 0) continue;
+      for (std::size_t q = 0; q < env.planes.size(); ++q) candidates.push_back({{Kind::plane, static_cast<int>(q)}, i});
+      if (env.terrain && env.terrain->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::terrain, 0}, i});
+      for (std::size_t q = 0; q < env.structures.size(); ++q)
+        if (env.structures[q].index->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
+    }
+    std::vector<coupling::Touch> touches;
+    for (const coupling::CandidatePair& c : candidates) {
+      touches.clear();
+      coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
+      double deepest = 0;
+      Vec3 where = Vec3::Zero();
+      for (const coupling::Touch& t : touches)
+        if (-t.at.gap > deepest) {
+          deepest = -t.at.gap;
+          where = t.at.point_b;
+        }
+      const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
+      if (deepest <= 1e-9 * 2 * b.shape->radius) continue;
+      std::string other;
+      switch (c.a.kind) {
+        case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
+        case Kind::plane: other = fmt::format("plane {}", c.a.index + 1); break;
+        case Kind::terrain: other = "the terrain"; break;
+        case Kind::structure: other = "structure " + world_->scene.structures[static_cast<std::size_t>(c.a.index)].name; break;
+      }
+      problem(fmt::format("block.{}.position", b.name), fmt::format("[{:g}, {:g}, {:g}]", state.blocks.c[static_cast<std::size_t>(c.b)].x(),
+              state.blocks.c[static_cast<std::size_t>(c.b)].y(), state.blocks.c[static_cast<std::size_t>(c.b)].z()),
+              fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other, deepest, where.x(), where.y(), where.z()),
+              fmt::format("move it out by {:.6g} m or more; touching (up to 1e-9 of its size) is allowed", deepest));
+    }
+  }
+
+  void fill_header() {
+    RunHeader& h = world_->header;
+    const scene::Scene& s = world_->scene;
+    h.title = s.title;
+    h.duration = s.simulation.duration;
+    for (const dda::Model::Block& b : world_->system->model().blocks)
+      h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape});
+    if (terrain_) h.terrain = terrain_->surface;
+    h.planes = s.planes;
+    for (std::size_t i = 0; i < s.structures.size(); ++i) {
+      RunHeader::StructureInfo info;
+      info.name = s.structures[i].name;
+      for (const auto& p : s.structures[i].probes) {
+        info.probes.push_back(p.name);
+        info.probe_at.push_back(p.at);
+      }
+      info.plan = world_->system->environment().structures[i].structure->plan();
+      h.structures.push_back(std::move(info));
+    }
+    for (const scene::Material& m : s.materials) h.materials.push_back(m.name);
+  }
+
+  std::unique_ptr<World> world_;
+  dda::Model model_;
+  coupling::SystemState state_;
+  coupling::Environment env_;
+  std::optional<geometry::Terrain> terrain_;
+  std::vector<Problem> problems_;
+};
+
+}  // namespace
+
+std::unique_ptr<World> build(scene::Scene scene, Report report) { return Builder(std::move(scene), std::move(report)).build(); }
+
+}  // namespace talus::sim

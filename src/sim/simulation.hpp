@@ -1,0 +1,75 @@
+/// The run: a scene is read, a world is built from only the pieces that the scene needs, the world is stepped, a sink writes.
+///
+/// `build()` (build.hpp) is the only place that decides what exists. A part that the scene does not need is null and costs nothing: no
+/// structure, no structure module; no damage law, no history arrays; fixed terrain and blocks, no DOFs; no strain asked for, 6 DOFs.
+#pragma once
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "sim/frame.hpp"
+
+namespace talus::sim {
+
+/// Named plain arrays: a checkpoint. Restoring them gives the same bits as no stop.
+struct Checkpoint {
+  std::map<std::string, std::vector<double>> numbers;
+  std::map<std::string, std::vector<std::int64_t>> integers;
+  std::vector<std::string> fragment_names;
+};
+
+/// Where results go. All calls come in order of time from one thread.
+class Sink {
+ public:
+  virtual ~Sink() = default;
+  virtual void history(const HistoryRow&) {}
+  virtual void contacts(std::span<const ContactRow>) {}
+  virtual void field(double /*time*/, std::span<const Pose>, std::span<const Structure::Snapshot>) {}
+  virtual void extend(std::span<const RunHeader::BlockInfo>) {}
+  virtual void checkpoint(const Checkpoint&) {}
+  /// After every history row: t, duration, statistics, relative energy residual.
+  virtual void progress(double /*time*/, double /*duration*/, const RunCounters&, double /*residual*/) {}
+};
+
+struct RunResult {
+  std::string status = "done";    // done, at rest, interrupted, failed
+  std::string message;
+  RunCounters counters;
+  InterfaceAudit audit;
+  bool audit_made = false;
+  int exit_code = 0;
+};
+
+class World;   // world.hpp
+
+class Simulation {
+ public:
+  /// Builds the world. Throws InputError with every problem found. `report` receives lines for the log.
+  explicit Simulation(scene::Scene scene, std::function<void(const std::string&)> report = {});
+  ~Simulation();
+  Simulation(Simulation&&) noexcept;
+
+  const RunHeader& header() const;
+  const scene::Scene& scene() const;
+  /// What is computed and what is left out and why, degrees of freedom, memory, time.
+  std::vector<std::string> plan() const;
+
+  /// Runs to the end, to rest, or until `stop` is non-zero (a signal number).
+  RunResult run(Sink& sink, const std::atomic<int>* stop = nullptr);
+
+  Checkpoint save() const;
+  void restore(const Checkpoint&);
+  double time() const;
+
+  World& world();
+
+ private:
+  std::unique_ptr<World> world_;
+};
+
+}  // namespace talus::sim

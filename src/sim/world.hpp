@@ -1,0 +1,55 @@
+/// The world of a run: which parts exist, and their present state.
+#pragma once
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "coupling/system.hpp"
+#include "dda/shi1988.hpp"
+#include "scene/scene.hpp"
+#include "sim/frame.hpp"
+
+namespace talus::sim {
+
+using Report = std::function<void(const std::string&)>;
+
+/// Method "dda-1988": the paper's scheme beside the same model and environment.
+struct PaperScheme {
+  dda::Shi1988 scheme;
+  dda::Shi1988State history;
+  std::vector<const contact::SurfaceIndex*> surfaces;
+  double time = 0;
+  long steps = 0, iterations = 0, cuts = 0, unsettled = 0, contacts = 0;
+  double friction_work = 0, algorithmic = 0, worst_penetration = 0, contact_energy = 0, strain_energy = 0, kinetic = 0;
+};
+
+class World {
+ public:
+  scene::Scene scene;
+  std::unique_ptr<coupling::CoupledSystem> system;   // blocks, environment, state; steps by method "talus"
+  std::optional<PaperScheme> paper;                  // steps instead, if method is "dda-1988"
+  RunHeader header;
+  std::vector<std::string> notes;                    // what was left out and why
+  Report report;
+  double energy_start = 0;                           // [J]
+  double energy_peak = 0;                            // largest kinetic energy so far, the residual's scale [J]
+  double fragment_loss = 0;                          // booked when fragments were born [J]
+  bool built_energy = false;
+
+  double time() const { return paper ? paper->time : system->state().time; }
+  /// Advances to time t exactly.
+  void advance_to(double t);
+  /// Turns the structures' loose parts into blocks; returns what was added.
+  std::vector<RunHeader::BlockInfo> take_fragments();
+  HistoryRow row();
+  LedgerRow ledger();
+  RunCounters counters() const;
+  Pose pose(int block) const;
+};
+
+/// Decides what exists. Throws InputError with every problem found.
+std::unique_ptr<World> build(scene::Scene scene, Report report);
+
+}  // namespace talus::sim
