@@ -1,0 +1,51 @@
+/// Output directories and files that are whole or absent.
+///
+/// An output directory is ours if it holds the marker file `.talus-output`. A directory that is absent, empty or ours may be
+/// written to; any other is refused with InputError before anything is touched. A file is written beside its final name, synced,
+/// and renamed over it, so that a reader, or a crash, never meets half of it.
+#pragma once
+#include <filesystem>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "core/error.hpp"
+
+namespace talus::io {
+
+/// The disk is full, the directory has vanished, a file is locked: the run cannot go on recording. The message names the file,
+/// the operation and the system's reason.
+class WriteError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+inline constexpr std::string_view marker_name = ".talus-output";
+
+/// Throws InputError if `directory` exists and is neither empty nor ours, or cannot be written. Changes nothing.
+void check_directory(const std::filesystem::path& directory);
+
+/// Checks, creates, marks; removes what an earlier run of ours left there (known names only, never anything else).
+void claim_directory(const std::filesystem::path& directory);
+
+/// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need not be durable.
+void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);
+
+/// Syncs `temporary` and renames it to `path`.
+void swap_in(const std::filesystem::path& temporary, const std::filesystem::path& path);
+
+/// Throws InputError naming the file if it cannot be read.
+std::string read_file(const std::filesystem::path& path);
+
+/// One thing wrong with a file or a dataset in it.
+inline InputError bad_file(const std::filesystem::path& file, std::string key, std::string rule, std::string remedy) {
+  return InputError(Problem{Problem::Severity::error, file.string(), 0, 0, std::move(key), {}, std::move(rule), std::move(remedy)});
+}
+
+/// Text for the last system error on `path`.
+std::string system_error(std::string_view operation, const std::filesystem::path& path);
+
+/// A name from a scene as one component of a file or dataset path: separators and control characters become '_', never "." or "..".
+std::string safe_name(std::string_view name);
+
+}  // namespace talus::io

@@ -1,0 +1,371 @@
+#include "io/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace talus::io {
+namespace {
+
+using json = nlohmann::ordered_json;
+using sim::ContactRow;
+using sim::HistoryRow;
+
+json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
+
+/// A number with a unit prefix, for sentences: 2.31e6 N -> "2.31 MN".
+std::string engineering(double value, const char* unit) {
+  const double a = std::abs(value);
+  const char* prefix = "";
+  double scale = 1;
+  if (a >= 1e9) prefix = "G", scale = 1e9;
+  else if (a >= 1e6) prefix = "M", scale = 1e6;
+  else if (a >= 1e3) prefix = "k", scale = 1e3;
+  else if (a > 0 && a < 1e-3) prefix = "u", scale = 1e-6;
+  else if (a > 0 && a < 1) prefix = "m", scale = 1e-3;
+  return fmt::format("{:.3g} {}{}", value / scale, prefix, unit);
+}
+
+double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
+double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
+double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
+
+}  // namespace
+
+SummaryBuilder::SummaryBuilder(const sim::RunHeader& header) {
+  header_.title = header.title;
+  header_.duration = header.duration;
+  header_.structures = header.structures;
+  header_.materials = header.materials;
+  header_.plan = header.plan;
+  structures_.resize(header.structures.size());
+  for (std::size_t i = 0; i < structures_.size(); ++i) structures_[i].probes.resize(header.structures[i].probes.size());
+  open_of_.resize(structures_.size());
+  extend(header.blocks);
+}
+
+void SummaryBuilder::extend(std::span<const sim::RunHeader::BlockInfo> blocks) {
+  for (const auto& b : blocks) {
+    header_.blocks.push_back(b);
+    header_.blocks.back().shape = Polyhedron{};
+  }
+  blocks_.resize(header_.blocks.size());
+  for (auto& row : open_of_) row.resize(header_.blocks.size());
+}
+
+void SummaryBuilder::add(const HistoryRow& row) {
+  time_ = row.time;
+  for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) {
+    BlockTrack& b = blocks_[i];
+    if (!row.position[i].allFinite()) continue;
+    if (!b.born) {
+      b.born = true;
+      b.birth = row.time;
+      b.start = row.position[i];
+    } else {
+      b.path += (row.position[i] - b.end).norm();
+    }
+    b.end = row.position[i];
+    b.velocity = row.velocity[i];
+    b.spin = row.spin[i];
+    b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
+    b.max_speed = std::max(b.max_speed, b.velocity.norm());
+    b.max_spin = std::max(b.max_spin, b.spin.norm());
+    b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
+  }
+  for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) {
+    StructureTrack& s = structures_[i];
+    const auto& r = row.structures[i];
+    if (!s.seen) {
+      s.seen = true;
+      s.first_force = r.base_force;
+      s.first_moment = r.base_moment;
+    }
+    // What the impact adds: the preload's reactions are not counted.
+    const double shear = horizontal(r.base_force - s.first_force), moment = (r.base_moment - s.first_moment).norm();
+    if (shear > s.peak_shear) s.peak_shear = shear, s.peak_shear_time = row.time;
+    if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
+    s.damage = std::max(s.damage, r.damage_max);
+    s.damaged_volume = std::max(s.damaged_volume, r.damaged_volume);
+    for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
+      const double d = r.probe_displacement[k].norm();
+      if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
+      s.probes[k].last = r.probe_displacement[k];
+    }
+  }
+  if (!any_) first_ = row.ledger;
+  any_ = true;
+  last_ = row.ledger;
+  kinetic_peak_ = std::max(kinetic_peak_, row.ledger.kinetic);
+  if (std::abs(row.ledger.residual) > std::abs(residual_worst_)) residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
+}
+
+void SummaryBuilder::close_step(Open& open) {
+  if (open.impact < 0) return;
+  Impact& impact = impacts_[static_cast<std::size_t>(open.impact)];
+  const double f = open.force.norm();
+  if (f > impact.peak_force) impact.peak_force = f, impact.peak_time = open.time;
+  open.force.setZero();
+}
+
+void SummaryBuilder::close_step(StructureTrack& s) {
+  const double f = s.step_force.norm();
+  if (f > s.peak_force) s.peak_force = f, s.peak_force_time = s.step_time;
+  s.step_force.setZero();
+}
+
+void SummaryBuilder::add(std::span<const ContactRow> rows) {
+  for (const ContactRow& c : rows) {
+    if (c.structure < 0 || c.block < 0) continue;
+    const auto is = static_cast<std::size_t>(c.structure), ib = static_cast<std::size_t>(c.block);
+    if (is >= structures_.size() || ib >= blocks_.size()) continue;
+    const double size = c.force.norm();
+    if (size == 0) continue;  // a contact that carries nothing is no impact
+    Open& open = open_of_[is][ib];
+    if (open.impact < 0 || c.time - c.dt > open.time + impact_gap) {
+      close_step(open);
+      open.impact = static_cast<int>(impacts_.size());
+      open.weight = 0;
+      Impact impact;
+      impact.structure = c.structure;
+      impact.block = c.block;
+      impact.start = c.time - c.dt;
+      impact.velocity = blocks_[ib].born ? blocks_[ib].velocity : Vec3::Zero();
+      impact.spin = blocks_[ib].born ? blocks_[ib].spin : Vec3::Zero();
+      impact.kinetic = blocks_[ib].kinetic;
+      impacts_.push_back(impact);
+      open.time = c.time;
+    }
+    Impact& impact = impacts_[static_cast<std::size_t>(open.impact)];
+    if (c.time != open.time) close_step(open);
+    open.time = c.time;
+    open.force += c.force;
+    impact.end = c.time;
+    impact.impulse += c.force * c.dt;
+    const double w = size * c.dt;
+    open.weight += w;
+    if (open.weight > 0) impact.point += (c.point - impact.point) * (w / open.weight);
+    StructureTrack& s = structures_[is];
+    if (c.time != s.step_time) close_step(s);
+    s.step_time = c.time;
+    s.step_force += c.force;
+    s.impulse += c.force * c.dt;
+  }
+}
+
+std::string SummaryBuilder::text(const Outcome* outcome) {
+  for (auto& row : open_of_)
+    for (Open& open : row) {
+      const Vec3 force = open.force;
+      close_step(open);
+      open.force = force;  // the step may still grow
+    }
+  for (StructureTrack& s : structures_) {
+    const Vec3 force = s.step_force;
+    close_step(s);
+    s.step_force = force;
+  }
+
+  json j;
+  j["schema"] = 1;
+  j["program"] = "talus";
+  j["title"] = header_.title;
+  j["status"] = outcome != nullptr ? outcome->status : "unfinished";
+  j["message"] = outcome != nullptr ? outcome->message : "";
+  j["time"] = {{"end", time_}, {"duration", header_.duration}};
+  if (outcome != nullptr) {
+    j["time"]["wall_seconds"] = outcome->counters.wall_seconds;
+    j["time"]["cpu_seconds"] = outcome->counters.cpu_seconds;
+  }
+
+  // The sentences that stand on top of the report.
+  json headline = json::array();
+  const auto name_of = [&](int block) { return header_.blocks[static_cast<std::size_t>(block)].name; };
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const std::string& name = header_.structures[i].name;
+    const Impact* first = nullptr;
+    const Impact* worst = nullptr;
+    int count = 0;
+    for (const Impact& m : impacts_) {
+      if (m.structure != static_cast<int>(i)) continue;
+      ++count;
+      if (first == nullptr) first = &m;
+      if (worst == nullptr || m.peak_force > worst->peak_force) worst = &m;
+    }
+    if (first == nullptr) {
+      headline.push_back(fmt::format("{} was not hit.", name));
+      continue;
+    }
+    headline.push_back(fmt::format("{} struck {} at {:.3f} s with {:.1f} m/s and {}; {} {} in all.", name_of(first->block), name, first->start,
+                                   first->velocity.norm(), engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
+    headline.push_back(fmt::format("Greatest contact force {} ({}), impulse {}.", engineering(worst->peak_force, "N"), name_of(worst->block),
+                                   engineering(structures_[i].impulse.norm(), "N s")));
+    if (structures_[i].damage > 0)
+      headline.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half.", structures_[i].damage, structures_[i].damaged_volume));
+  }
+  if (structures_.empty() && !blocks_.empty()) {
+    std::size_t farthest = 0, moving = 0;
+    double run = -1;
+    for (std::size_t i = 0; i < blocks_.size(); ++i) {
+      if (!blocks_[i].born) continue;
+      const double r = horizontal(blocks_[i].end - blocks_[i].start);
+      if (r > run) run = r, farthest = i;
+      if (blocks_[i].velocity.norm() > 0.1) ++moving;
+    }
+    if (run >= 0)
+      headline.push_back(fmt::format("{} went farthest: {:.1f} m in plan, {:.1f} m down, up to {:.1f} m/s.", header_.blocks[farthest].name, run,
+                                     blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
+    headline.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
+  }
+  j["headline"] = headline;
+  j["hit"] = !impacts_.empty();
+
+  json impacts = json::array();
+  for (const Impact& m : impacts_) {
+    const double duration = m.end - m.start;
+    impacts.push_back({{"structure", header_.structures[static_cast<std::size_t>(m.structure)].name},
+                       {"block", name_of(m.block)},
+                       {"start", m.start},
+                       {"end", m.end},
+                       {"velocity", vec(m.velocity)},
+                       {"speed", m.velocity.norm()},
+                       {"spin", vec(m.spin)},
+                       {"kinetic", m.kinetic},
+                       {"point", vec(m.point)},
+                       {"impulse", vec(m.impulse)},
+                       {"peak_force", m.peak_force},
+                       {"peak_time", m.peak_time},
+                       {"mean_force", duration > 0 ? m.impulse.norm() / duration : 0.0}});
+  }
+  j["impacts"] = impacts;
+
+  json structures = json::array();
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const StructureTrack& s = structures_[i];
+    const auto& info = header_.structures[i];
+    json probes = json::array();
+    for (std::size_t k = 0; k < s.probes.size(); ++k)
+      probes.push_back({{"name", info.probes[k]},
+                        {"at", k < info.probe_at.size() ? vec(info.probe_at[k]) : json()},
+                        {"peak_displacement", s.probes[k].peak},
+                        {"peak_time", s.probes[k].peak_time},
+                        {"final_displacement", vec(s.probes[k].last)}});
+    structures.push_back({{"name", info.name},
+                          {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
+                          {"impulse", vec(s.impulse)},
+                          {"peak_force", s.peak_force},
+                          {"peak_force_time", s.peak_force_time},
+                          {"peak_base_shear", s.peak_shear},
+                          {"peak_base_shear_time", s.peak_shear_time},
+                          {"peak_base_moment", s.peak_moment},
+                          {"peak_base_moment_time", s.peak_moment_time},
+                          {"preload_force", vec(s.first_force)},
+                          {"preload_moment", vec(s.first_moment)},
+                          {"damage_max", s.damage},
+                          {"damaged_volume", s.damaged_volume},
+                          {"probes", probes}});
+  }
+  j["structures"] = structures;
+
+  json blocks = json::array();
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const BlockTrack& b = blocks_[i];
+    const auto& info = header_.blocks[i];
+    json item = {{"name", info.name}, {"mass", info.mass}, {"volume", info.volume}, {"fixed", info.fixed}, {"fragment", info.fragment}};
+    if (b.born) {
+      item["start"] = vec(b.start);
+      item["end"] = vec(b.end);
+      item["runout"] = horizontal(b.end - b.start);
+      item["drop"] = b.start.z() - b.end.z();
+      item["path_length"] = b.path;
+      item["max_speed"] = b.max_speed;
+      item["max_spin"] = b.max_spin;
+      item["max_kinetic"] = b.max_kinetic;
+      item["final_speed"] = b.velocity.norm();
+      item["birth"] = b.birth;
+    }
+    blocks.push_back(item);
+  }
+  j["blocks"] = blocks;
+
+  const double scale = std::max(kinetic_peak_, 1e-300);
+  j["energy"] = {{"start", energy_of(first_)},
+                 {"end", energy_of(last_)},
+                 {"kinetic_peak", kinetic_peak_},
+                 {"dissipated", dissipated(last_)},
+                 {"friction_work", last_.friction_work},
+                 {"damping_work", last_.damping_work},
+                 {"damage_work", last_.damage_work},
+                 {"algorithmic", last_.algorithmic},
+                 {"external_work", last_.external_work},
+                 {"residual_end", last_.residual},
+                 {"residual_worst", residual_worst_},
+                 {"residual_worst_time", residual_worst_time_},
+                 {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0}};
+
+  if (outcome != nullptr) {
+    const sim::RunCounters& c = outcome->counters;
+    j["counters"] = {{"steps", c.steps},
+                     {"rejected", c.rejected},
+                     {"contacts", c.contacts},
+                     {"newton", c.newton},
+                     {"sweeps", c.sweeps},
+                     {"outer", c.outer},
+                     {"impacts", c.impacts},
+                     {"tiers", {{"A", c.tier_a}, {"B", c.tier_b}, {"C", c.tier_c}, {"D", c.tier_d}, {"E", c.tier_e}}},
+                     {"asleep_skipped", c.asleep_skipped},
+                     {"flight_closed_form", c.flight_closed_form},
+                     {"structure_steps", c.structure_steps},
+                     {"structure_asleep", c.structure_asleep},
+                     {"worst_residual", c.worst_residual},
+                     {"worst_penetration", c.worst_penetration}};
+    if (outcome->audit_made) {
+      const sim::InterfaceAudit& a = outcome->audit;
+      j["audit"] = {{"force_imbalance", a.worst_force_imbalance},
+                    {"moment_imbalance", a.worst_moment_imbalance},
+                    {"impulse_defect", a.impulse_defect},
+                    {"work_on_blocks", a.work_on_blocks},
+                    {"work_on_structure", a.work_on_structure},
+                    {"impulse_on_structure", vec(a.impulse_on_structure)}};
+    }
+  }
+
+  // How well each kind of number is known; a number without a comparison of its own is never better than extrapolated.
+  json confidence = json::array();
+  const auto say = [&](const char* quantity, const char* level, std::string basis) {
+    confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
+  };
+  say("energy and momentum ledger", "verified",
+      fmt::format("every loss is booked where it occurs; worst residual of this run {:.2g} of the greatest kinetic energy",
+                  kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0));
+  say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
+  say("run-out and deposits on the real slope", "extrapolated", "depend on roughness and parameters that were not calibrated for this site");
+  if (!structures_.empty()) {
+    say("impulse and momentum passed to the structure", "verified", "momentum balance of blocks and structure");
+    say("elastic response, base forces, displacement", "verified", "beam and wave solutions (talus verify fem)");
+    say("peak contact force", "extrapolated", "grows with the stiffness of the contact; compare it with the design formulas");
+    say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure");
+  }
+  j["confidence"] = confidence;
+  json plan = json::array();
+  for (const std::string& line : header_.plan) plan.push_back(line);
+  for (const auto& s : header_.structures) {
+    std::size_t at = 0;
+    while (at < s.plan.size()) {
+      const std::size_t end = std::min(s.plan.find('\n', at), s.plan.size());
+      if (end > at) plan.push_back(s.name + ": " + s.plan.substr(at, end - at));
+      at = end + 1;
+    }
+  }
+  j["plan"] = plan;
+
+  if (outcome != nullptr && !outcome->extra_json.empty()) {
+    const json extra = json::parse(outcome->extra_json);
+    for (const auto& [key, value] : extra.items()) j[key] = value;
+  }
+  return j.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace talus::io

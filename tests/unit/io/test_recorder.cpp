@@ -1,0 +1,282 @@
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "io/hdf5_file.hpp"
+#include "io/journal.hpp"
+#include "io/recorder.hpp"
+#include "io/results.hpp"
+#include "scratch.hpp"
+#include "synthetic.hpp"
+
+namespace fs = std::filesystem;
+using namespace talus;
+using talus::test::Scratch;
+using talus::test::SyntheticRun;
+
+namespace {
+
+SyntheticRun small() {
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 4};
+  return run;
+}
+
+io::RecorderOptions options(const fs::path& directory) {
+  io::RecorderOptions o;
+  o.directory = directory;
+  o.resolved_json = "{}";
+  return o;
+}
+
+fs::path whole_run(const Scratch& scratch, const SyntheticRun& run, const std::string& name = "out") {
+  const fs::path dir = scratch.path / name;
+  io::Recorder recorder(options(dir), run.header());
+  run.record(recorder, 0, run.rows() - 1, [](int) {});
+  recorder.finish({});
+  return dir;
+}
+
+std::string bytes(const fs::path& p) { return io::read_file(p); }
+
+}  // namespace
+
+TEST(Recorder, WritesEveryDatasetOfTheContractWithItsShape) {
+  const Scratch scratch;
+  const SyntheticRun run = small();
+  const auto file = io::Hdf5File::open(whole_run(scratch, run) / "results.h5");
+  const std::size_t nt = static_cast<std::size_t>(run.rows()), nb = 3;
+  const std::map<std::string, io::Dims> expected = {
+      {"/history/time", {nt}},
+      {"/history/blocks/position", {nt, nb, 3}},
+      {"/history/blocks/velocity", {nt, nb, 3}},
+      {"/history/blocks/spin", {nt, nb, 3}},
+      {"/history/blocks/orientation", {nt, nb, 4}},
+      {"/history/blocks/strain", {nt, nb, 6}},
+      {"/history/blocks/kinetic_translational", {nt, nb}},
+      {"/history/blocks/kinetic_rotational", {nt, nb}},
+      {"/history/blocks/mass", {nb}},
+      {"/history/blocks/name", {nb}},
+      {"/history/structures/P2/base_force", {nt, 3}},
+      {"/history/structures/P2/base_moment", {nt, 3}},
+      {"/history/structures/P2/probe_displacement", {nt, 2, 3}},
+      {"/history/structures/P2/damage_max", {nt}},
+      {"/history/structures/P2/damaged_volume", {nt}},
+      {"/history/contacts/structure/time", {400}},
+      {"/history/contacts/structure/force", {400, 3}},
+      {"/history/contacts/structure/block", {400}},
+      {"/ledger/residual", {nt}},
+      {"/ledger/angular_momentum", {nt, 3}},
+      {"/geometry/blocks/vertices", {24, 3}},
+      {"/geometry/blocks/vertex_offset", {4}},
+      {"/geometry/blocks/face_vertices", {72}},
+      {"/geometry/blocks/face_offset", {19}},
+      {"/geometry/blocks/block_face_offset", {4}},
+  };
+  for (const auto& [path, dims] : expected) {
+    ASSERT_TRUE(file.exists(path)) << path;
+    EXPECT_EQ(file.dims(path), dims) << path;
+    EXPECT_FALSE(file.text_attribute(path, "description").empty()) << path;
+    if (!file.is_text(path)) {
+      EXPECT_FALSE(file.text_attribute(path, "unit").empty()) << path;
+    }
+  }
+  EXPECT_EQ(file.read_texts("/history/blocks/name"), (std::vector<std::string>{"B1", "B2", "P2-fragment-1"}));
+}
+
+TEST(Recorder, KeepsEveryNumberAndGivesNanBeforeBirth) {
+  const Scratch scratch;
+  const SyntheticRun run = small();
+  const auto file = io::Hdf5File::open(whole_run(scratch, run) / "results.h5");
+  const auto time = file.read<double>("/history/time");
+  const auto position = file.read<double>("/history/blocks/position");
+  const auto moment = file.read<double>("/history/structures/P2/base_moment");
+  const auto residual = file.read<double>("/ledger/residual");
+  (void)run.row(0, 2);  // fixes the energy at the start
+  for (int k = 0; k < run.rows(); k += 13) {
+    const double t = time.values[static_cast<std::size_t>(k)];
+    ASSERT_EQ(t, k * run.history_interval);
+    const auto row = run.row(t, run.present(t));
+    for (std::size_t b = 0; b < 3; ++b)
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double v = position.values[(static_cast<std::size_t>(k) * 3 + b) * 3 + c];
+        if (b < row.position.size()) EXPECT_EQ(v, row.position[b][static_cast<Eigen::Index>(c)]);
+        else EXPECT_TRUE(std::isnan(v)) << t;
+      }
+    EXPECT_EQ(moment.values[static_cast<std::size_t>(k) * 3 + 1], row.structures[0].base_moment.y());
+    EXPECT_EQ(residual.values[static_cast<std::size_t>(k)], row.ledger.residual);
+  }
+}
+
+TEST(Recorder, RefusesADirectoryThatIsNotItsOwn) {
+  const Scratch scratch;
+  const fs::path dir = scratch.path / "mine";
+  fs::create_directories(dir);
+  std::ofstream(dir / "thesis.txt") << "ten years of work";
+  EXPECT_THROW(io::Recorder(options(dir), small().header()), InputError);
+  EXPECT_EQ(bytes(dir / "thesis.txt"), "ten years of work");
+  EXPECT_EQ(std::distance(fs::directory_iterator(dir), fs::directory_iterator{}), 1);  // nothing was written
+  std::ofstream(scratch.path / "file") << "x";
+  EXPECT_THROW(io::Recorder(options(scratch.path / "file"), small().header()), InputError);
+  EXPECT_THROW(io::Recorder(options(scratch.path / "file" / "below"), small().header()), InputError);
+}
+
+TEST(Recorder, OverwritesItsOwnDirectoryButLeavesForeignFiles) {
+  const Scratch scratch;
+  const fs::path dir = whole_run(scratch, small());
+  std::ofstream(dir / "notes.txt") << "keep";
+  SyntheticRun shorter = small();
+  shorter.end = 1;
+  whole_run(scratch, shorter);
+  EXPECT_EQ(bytes(dir / "notes.txt"), "keep");
+  EXPECT_EQ(io::Hdf5File::open(dir / "results.h5").dims("/history/time"), io::Dims{101});
+  EXPECT_FALSE(fs::exists(dir / "fields/blocks_000100.vtu"));
+}
+
+TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
+  const Scratch scratch;
+  const SyntheticRun run = small();
+  const auto j = nlohmann::json::parse(bytes(whole_run(scratch, run) / "summary.json"));
+  ASSERT_EQ(j["impacts"].size(), 1u);
+  const auto& impact = j["impacts"][0];
+  double sum = 0, peak = 0;
+  for (int k = 0; k < 200; ++k) {
+    const double f = run.force(run.impact + (k + 0.5) * 1e-4);
+    sum += f * 1e-4;
+    peak = std::max(peak, f * std::hypot(1.0, 0.1));
+  }
+  EXPECT_NEAR(impact["impulse"][0].get<double>(), sum, 1e-9 * sum);
+  EXPECT_NEAR(impact["peak_force"].get<double>(), peak, 1e-9 * peak);
+  EXPECT_NEAR(impact["start"].get<double>(), run.impact, 1e-9);
+  EXPECT_NEAR(impact["end"].get<double>(), run.impact + run.contact_time, 1e-9);
+  EXPECT_NEAR(impact["mean_force"].get<double>(), sum * std::hypot(1.0, 0.1) / run.contact_time, 1e-6 * peak);
+  EXPECT_TRUE(j["hit"].get<bool>());
+  EXPECT_EQ(j["structures"][0]["name"], "P2");
+}
+
+TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
+  const Scratch scratch;
+  SyntheticRun run = small();
+  run.end = 0.3;
+  const fs::path dir = scratch.path / "out";
+  std::string journal;
+  {
+    io::Recorder recorder(options(dir), run.header());
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.checkpoint();
+    journal = bytes(dir / "journal.bin");
+  }
+  std::size_t before = 0;
+  bool grew = false;
+  for (std::size_t cut = 8; cut <= journal.size(); cut += 1 + journal.size() / 29) {
+    io::write_file(dir / "journal.bin", std::string_view(journal).substr(0, cut));
+    ASSERT_TRUE(io::recover(dir));
+    const std::size_t rows = io::Hdf5File::open(dir / "results.h5").dims("/history/time")[0];
+    EXPECT_GE(rows, before);
+    grew = grew || rows > before;
+    before = rows;
+  }
+  EXPECT_TRUE(grew);
+  EXPECT_GE(before, 29u);
+}
+
+TEST(Recorder, AFlippedBitEndsTheJournalThere) {
+  const Scratch scratch;
+  SyntheticRun run = small();
+  run.end = 0.3;
+  const fs::path dir = scratch.path / "out";
+  {
+    io::Recorder recorder(options(dir), run.header());
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.checkpoint();
+  }
+  std::string journal = bytes(dir / "journal.bin");
+  journal[journal.size() * 3 / 4] = static_cast<char>(journal[journal.size() * 3 / 4] ^ 4);
+  io::write_file(dir / "journal.bin", journal);
+  io::JournalReader reader(dir / "journal.bin");
+  io::RecordKind kind;
+  std::string payload;
+  while (reader.next(kind, payload)) {}
+  EXPECT_TRUE(reader.damaged());
+  EXPECT_LT(reader.position(), journal.size() * 3 / 4 + 1);
+  EXPECT_TRUE(io::recover(dir));
+}
+
+TEST(Recorder, ResumedRunWritesTheSameBytesAsAnUnbrokenOne) {
+  const Scratch scratch;
+  const SyntheticRun run = small();
+  const fs::path whole = whole_run(scratch, run, "whole"), dir = scratch.path / "cut";
+  std::uint64_t position = 0;
+  {
+    io::Recorder recorder(options(dir), run.header());
+    run.record(recorder, 0, 600, [&](int k) {
+      if (k == 555) position = recorder.checkpoint();  // a fragment is there by now
+    });
+  }  // rows 556 to 600 are lost with the process
+  io::Recorder recorder(options(dir), position);
+  EXPECT_EQ(recorder.header().blocks.size(), 3u);
+  run.record(recorder, 556, run.rows() - 1, [](int) {});
+  recorder.finish({});
+  for (const char* name : {"results.h5", "results.xdmf", "results.pvd", "summary.json"}) EXPECT_EQ(bytes(whole / name), bytes(dir / name)) << name;
+  for (const auto& entry : fs::directory_iterator(whole / "fields")) EXPECT_EQ(bytes(entry.path()), bytes(dir / "fields" / entry.path().filename()));
+}
+
+TEST(Recorder, RebuildingAsItGrowsStaysLinear) {
+  const Scratch scratch;
+  SyntheticRun run = small();
+  run.structure = false;
+  const fs::path dir = scratch.path / "out";
+  io::Recorder recorder(options(dir), run.header());
+  int rebuilds = 0;
+  fs::file_time_type last{};
+  std::uintmax_t written = 0;
+  run.record(recorder, 0, run.rows() - 1, [&](int) {
+    recorder.checkpoint();
+    const auto now = fs::last_write_time(dir / "results.h5");
+    if (now != last) ++rebuilds, written += fs::file_size(dir / "results.h5");
+    last = now;
+  });
+  recorder.finish({});
+  EXPECT_LT(rebuilds, 25);  // log(size) / log(1.5), not one per checkpoint
+  EXPECT_LT(written, 4 * fs::file_size(dir / "results.h5"));
+}
+
+TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
+  const Scratch scratch;
+  const SyntheticRun run = small();
+  const fs::path dir = whole_run(scratch, run);
+  EXPECT_TRUE(fs::exists(dir / "fields/P2_000000.vtu"));
+  EXPECT_FALSE(fs::exists(dir / "fields/P2_000050.vtu"));  // nothing has happened yet at 2.5 s
+  EXPECT_TRUE(fs::exists(dir / "fields/P2_000110.vtu"));
+  const std::string pvd = bytes(dir / "results.pvd");
+  EXPECT_NE(pvd.find("timestep=\"2.5\" part=\"2\" name=\"P2\" file=\"fields/P2_000000.vtu\""), std::string::npos);
+  EXPECT_NE(pvd.find("timestep=\"0\""), std::string::npos);
+  EXPECT_NE(bytes(dir / "results.xdmf").find("<Time Value=\"2.5\"/>"), std::string::npos);
+}
+
+TEST(Recorder, FullDiskIsReportedAndKeepsWhatWasThere) {
+  if (!fs::exists("/dev/full")) GTEST_SKIP();
+  const Scratch scratch;
+  const fs::path dir = scratch.path;
+  fs::create_symlink("/dev/full", dir / "journal.bin");
+  EXPECT_THROW(
+      {
+        io::JournalWriter writer(dir / "journal.bin", 0);
+        writer.flush();
+      },
+      io::WriteError);
+}
+
+TEST(Recorder, SceneWithoutBlocksOrStructuresIsFine) {
+  const Scratch scratch;
+  const fs::path dir = scratch.path / "out";
+  io::Recorder recorder(options(dir), sim::RunHeader{});
+  recorder.history(sim::HistoryRow{});
+  recorder.field(0, {}, {});
+  recorder.finish({});
+  EXPECT_EQ(io::Hdf5File::open(dir / "results.h5").dims("/history/blocks/position"), (io::Dims{1, 0, 3}));
+}
