@@ -1,0 +1,156 @@
+#include "fem/element_operator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace talus::fem {
+
+void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10]) {
+  const Mat3 j = jacobian(mesh, cell, xi);
+  const Mat3 inverse = j.inverse();
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c) out[3 * r + c] = inverse(r, c);
+  out[9] = j.determinant();
+}
+
+bool is_affine(const HexMesh& mesh, int cell) {
+  const auto& h = mesh.hexes[cell];
+  const Vec3& o = mesh.nodes[h[0]];
+  const Vec3 a = mesh.nodes[h[1]] - o, b = mesh.nodes[h[3]] - o, c = mesh.nodes[h[4]] - o;
+  const double tolerance = 1e-13 * (a.norm() + b.norm() + c.norm());
+  const auto off = [&](int node, const Vec3& expected) { return (mesh.nodes[h[node]] - o - expected).norm() > tolerance + 4e-16 * mesh.nodes[h[node]].norm(); };
+  return !(off(2, a + b) || off(5, a + c) || off(6, a + b + c) || off(7, b + c));
+}
+
+ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity)
+    : mesh_(&mesh), shear_(shear), bulk_(bulk), where_(mesh.hexes.size()) {
+  std::vector<int> list[2];
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) list[is_affine(mesh, cell) ? 0 : 1].push_back(cell);
+  for (int p = 0; p < 2; ++p) {
+    pack_[p] = make_pack(list[p], p == 0, viscosity);
+    for (int lane = 0; lane < static_cast<int>(list[p].size()); ++lane) where_[list[p][lane]] = {p, lane};
+  }
+}
+
+ElementPack ElementOperator::make_pack(const std::vector<int>& cells, bool affine, bool viscosity) const {
+  const int w = kernels().width, points = affine ? 1 : 8;
+  ElementPack pack;
+  pack.affine = affine;
+  pack.groups = (static_cast<long>(cells.size()) + w - 1) / w;
+  const long lanes = pack.groups * w;
+  pack.cells.assign(lanes, -1);
+  pack.nodes.resize(lanes * 8);
+  pack.geometry.resize(lanes * 10 * points);
+  pack.scale.assign(lanes, 0.0);
+  pack.energy.assign(lanes, 0.0);
+  pack.bound.assign(lanes, 0.0);
+  if (viscosity) {
+    pack.mean.assign(lanes * 24, 0.0);
+    pack.volume.assign(lanes, 1.0);
+    pack.length.assign(lanes, 0.0);
+  }
+  for (long lane = 0; lane < lanes; ++lane) {
+    const bool real = lane < static_cast<long>(cells.size());
+    const int cell = real ? cells[lane] : cells.back();  // padding repeats a cell with scale 0
+    const long g = lane / w, l = lane % w;
+    if (real) pack.cells[lane] = cell, pack.scale[lane] = 1;
+    for (int a = 0; a < 8; ++a) pack.nodes[(g * 8 + a) * w + l] = 4 * mesh_->hexes[cell][a];
+    for (int q = 0; q < points; ++q) {
+      double values[10];
+      point_geometry(*mesh_, cell, affine ? Vec3(Vec3::Zero()) : gauss_point(q), values);
+      for (int i = 0; i < 10; ++i) pack.geometry[((g * points + q) * 10 + i) * w + l] = values[i];
+    }
+    if (viscosity) {
+      double volume = 0;
+      std::array<Vec3, 8> mean;
+      mean.fill(Vec3::Zero());
+      for (int q = 0; q < 8; ++q) {
+        const Mat3 j = jacobian(*mesh_, cell, gauss_point(q));
+        const Mat3 inverse_t = j.inverse().transpose();
+        const double weight = j.determinant();
+        volume += weight;
+        const std::array<Vec3, 8> grad = shape_gradients(gauss_point(q));
+        for (int a = 0; a < 8; ++a) mean[a] += weight * (inverse_t * grad[a]);
+      }
+      for (int a = 0; a < 8; ++a)
+        for (int c = 0; c < 3; ++c) pack.mean[(g * 24 + 3 * a + c) * w + l] = mean[a][c];
+      pack.volume[lane] = volume;
+      pack.length[lane] = std::cbrt(volume);
+    }
+  }
+  return pack;
+}
+
+namespace {
+KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bool finite, const double* u, double* f) {
+  KernelArguments k;
+  k.nodes = pack.nodes.data();
+  k.geometry = pack.geometry.data();
+  k.scale = pack.scale.data();
+  k.u = u;
+  k.f = f;
+  k.last = pack.groups;
+  k.shear = shear;
+  k.bulk = bulk;
+  k.affine = pack.affine;
+  k.finite = finite;
+  return k;
+}
+}  // namespace
+
+void ElementOperator::add_internal_force(const double* u, double* f, bool finite, bool measures) {
+  for (ElementPack& pack : pack_) {
+    if (pack.groups == 0) continue;
+    KernelArguments k = arguments(pack, shear_, bulk_, finite, u, f);
+    if (measures) k.energy = pack.energy.data(), k.bound = pack.bound.data();
+    kernels().internal_force(k);
+  }
+}
+
+void ElementOperator::add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const {
+  if (cells.empty()) return;
+  ElementPack pack = make_pack(cells, false, false);
+  for (double& s : pack.scale) s *= factor;
+  kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
+}
+
+void ElementOperator::add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const {
+  for (const ElementPack& pack : pack_) {
+    if (pack.groups == 0 || pack.mean.empty()) continue;
+    ViscosityArguments k;
+    k.nodes = pack.nodes.data();
+    k.mean = pack.mean.data();
+    k.volume = pack.volume.data();
+    k.length = pack.length.data();
+    k.scale = pack.scale.data();
+    k.v = v;
+    k.f = f;
+    k.last = pack.groups;
+    k.density = density;
+    k.wave_speed = wave_speed;
+    kernels().bulk_viscosity(k);
+  }
+}
+
+void ElementOperator::set_on(int cell, bool on) {
+  const Place at = where_[cell];
+  pack_[at.pack].scale[at.lane] = on ? 1 : 0;
+  if (!on) pack_[at.pack].energy[at.lane] = pack_[at.pack].bound[at.lane] = 0;
+}
+
+double ElementOperator::total_energy() const {
+  double sum = 0;
+  for (const ElementPack& pack : pack_)
+    for (double e : pack.energy) sum += e;
+  return sum;
+}
+
+void ElementOperator::cells_above(double limit, std::vector<int>& cells) const {
+  cells.clear();
+  for (const ElementPack& pack : pack_)
+    for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane)
+      if (pack.bound[lane] > limit) cells.push_back(pack.cells[lane]);
+  std::sort(cells.begin(), cells.end());
+}
+
+}  // namespace talus::fem

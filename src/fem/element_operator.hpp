@@ -1,0 +1,58 @@
+/// The elements of a mesh packed for the kernels: groups of W elements, those with one Jacobian apart from the others.
+///
+/// A cell that is handed to a damage law, eroded or detached is switched off here (its lane is multiplied by zero) and comes back
+/// with another list. All sums run in a fixed order: the result does not depend on the number of threads.
+#pragma once
+#include <vector>
+
+#include "fem/aligned.hpp"
+#include "fem/hex_mesh.hpp"
+#include "fem/kernel.hpp"
+
+namespace talus::fem {
+
+/// One packed list of elements.
+struct ElementPack {
+  bool affine = false;
+  std::vector<int> cells;       // cell of each lane, -1 for padding
+  std::vector<int> nodes;       // groups x 8 x W, four times the node number
+  AlignedVector geometry, scale, energy, bound;
+  AlignedVector mean, volume, length;   // for the bulk viscosity; empty unless asked for
+  long groups = 0;
+};
+
+class ElementOperator {
+ public:
+  ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity);
+
+  /// f += internal force of all cells that are on.
+  void add_internal_force(const double* u, double* f, bool finite, bool measures);
+  /// The same for a few cells, times `factor` (-1 takes out what was added). Measures are not touched.
+  void add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const;
+  void add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const;
+
+  void set_on(int cell, bool on);
+  bool is_on(int cell) const { return pack_[where_[cell].pack].scale[where_[cell].lane] != 0; }
+  double energy(int cell) const { return pack_[where_[cell].pack].energy[where_[cell].lane]; }
+  double bound(int cell) const { return pack_[where_[cell].pack].bound[where_[cell].lane]; }
+  double total_energy() const;
+  /// Cells whose bound of the last call with measures exceeds `limit`, ascending.
+  void cells_above(double limit, std::vector<int>& cells) const;
+  double shear() const { return shear_; }
+  double bulk() const { return bulk_; }
+  const HexMesh& mesh() const { return *mesh_; }
+
+ private:
+  struct Place { int pack, lane; };
+  ElementPack make_pack(const std::vector<int>& cells, bool affine, bool viscosity) const;
+  const HexMesh* mesh_;
+  double shear_, bulk_;
+  ElementPack pack_[2];        // 0 affine, 1 general
+  std::vector<Place> where_;
+};
+
+/// J^-1 and weight at one point, ten numbers, as the kernels want them.
+void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10]);
+bool is_affine(const HexMesh& mesh, int cell);
+
+}  // namespace talus::fem

@@ -1,0 +1,138 @@
+#include "fem/hex_mesh.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace talus::fem {
+
+const int hex_faces[6][4] = {{0, 4, 7, 3}, {1, 2, 6, 5}, {0, 1, 5, 4}, {3, 7, 6, 2}, {0, 3, 2, 1}, {4, 5, 6, 7}};
+
+namespace {
+const int corner_sign[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+
+struct FaceKey {
+  std::array<int, 4> node;  // sorted
+  int cell, face;
+  bool operator<(const FaceKey& o) const { return node != o.node ? node < o.node : std::pair(cell, face) < std::pair(o.cell, o.face); }
+};
+
+std::vector<FaceKey> sorted_faces(const HexMesh& mesh, const std::vector<char>& live) {
+  std::vector<FaceKey> faces;
+  faces.reserve(mesh.hexes.size() * 6);
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    if (!live.empty() && !live[cell]) continue;
+    for (int face = 0; face < 6; ++face) {
+      FaceKey key{{}, cell, face};
+      for (int i = 0; i < 4; ++i) key.node[i] = mesh.hexes[cell][hex_faces[face][i]];
+      std::sort(key.node.begin(), key.node.end());
+      faces.push_back(key);
+    }
+  }
+  std::sort(faces.begin(), faces.end());
+  return faces;
+}
+}  // namespace
+
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live) {
+  const std::vector<FaceKey> faces = sorted_faces(mesh, live);
+  std::vector<SkinQuad> quads;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const bool before = i > 0 && faces[i - 1].node == faces[i].node;
+    const bool after = i + 1 < faces.size() && faces[i + 1].node == faces[i].node;
+    if (before || after) continue;
+    SkinQuad quad{{}, faces[i].cell, faces[i].face};
+    for (int k = 0; k < 4; ++k) quad.node[k] = mesh.hexes[quad.cell][hex_faces[quad.face][k]];
+    quads.push_back(quad);
+  }
+  std::sort(quads.begin(), quads.end(), [](const SkinQuad& a, const SkinQuad& b) { return std::pair(a.cell, a.face) < std::pair(b.cell, b.face); });
+  return quads;
+}
+
+std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh) {
+  std::vector<std::array<int, 6>> next(mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
+  const std::vector<FaceKey> faces = sorted_faces(mesh, {});
+  for (std::size_t i = 0; i + 1 < faces.size(); ++i)
+    if (faces[i].node == faces[i + 1].node) {
+      next[faces[i].cell][faces[i].face] = faces[i + 1].cell;
+      next[faces[i + 1].cell][faces[i + 1].face] = faces[i].cell;
+    }
+  return next;
+}
+
+Vec3 gauss_point(int q) {
+  const double g = 1 / std::sqrt(3.0);
+  return {q & 1 ? g : -g, q & 2 ? g : -g, q & 4 ? g : -g};
+}
+
+std::array<double, 8> shape_values(const Vec3& xi) {
+  std::array<double, 8> n;
+  for (int a = 0; a < 8; ++a)
+    n[a] = 0.125 * (1 + corner_sign[a][0] * xi.x()) * (1 + corner_sign[a][1] * xi.y()) * (1 + corner_sign[a][2] * xi.z());
+  return n;
+}
+
+std::array<Vec3, 8> shape_gradients(const Vec3& xi) {
+  std::array<Vec3, 8> g;
+  for (int a = 0; a < 8; ++a) {
+    const double x = 1 + corner_sign[a][0] * xi.x(), y = 1 + corner_sign[a][1] * xi.y(), z = 1 + corner_sign[a][2] * xi.z();
+    g[a] = 0.125 * Vec3(corner_sign[a][0] * y * z, corner_sign[a][1] * x * z, corner_sign[a][2] * x * y);
+  }
+  return g;
+}
+
+Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
+  const std::array<Vec3, 8> g = shape_gradients(xi);
+  // Edge vectors keep the result exact for cells far from the origin.
+  const Vec3& origin = mesh.nodes[mesh.hexes[cell][0]];
+  Mat3 j = Mat3::Zero();
+  for (int a = 1; a < 8; ++a) j += (mesh.nodes[mesh.hexes[cell][a]] - origin) * g[a].transpose();
+  return j;
+}
+
+void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file) {
+  std::vector<Problem> problems;
+  const auto add = [&](int cell, const std::string& value, const std::string& rule, const std::string& remedy) {
+    if (problems.size() >= 20) return;
+    Problem p;
+    p.file = file;
+    p.key = fmt::format("{}: cell {}", key, cell + 1);
+    p.value = value;
+    p.rule = rule;
+    p.remedy = remedy;
+    problems.push_back(p);
+  };
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    std::array<int, 8> sorted = mesh.hexes[cell];
+    std::sort(sorted.begin(), sorted.end());
+    if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
+      add(cell, "", "a hexahedron needs eight different nodes", "wedges and collapsed hexahedra are not supported: remesh with hexahedra or tetrahedra");
+      continue;
+    }
+    double longest = 0;
+    for (int a = 1; a < 8; ++a) longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
+    double least = INFINITY;
+    for (int q = 0; q < 8; ++q) least = std::min(least, jacobian(mesh, cell, gauss_point(q)).determinant());
+    double corner = INFINITY;
+    for (int a = 0; a < 8; ++a)
+      corner = std::min(corner, jacobian(mesh, cell, Vec3(corner_sign[a][0], corner_sign[a][1], corner_sign[a][2])).determinant());
+    const double scale = longest * longest * longest / 8;
+    const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
+    const std::string where = fmt::format("Jacobian {:.3g} m^3 near ({:.4g}, {:.4g}, {:.4g})", std::min(least, corner), at.x(), at.y(), at.z());
+    if (!(least > 1e-9 * scale)) add(cell, where, "the cell is inverted or has no volume", "give the nodes in the order of the format, or repair the mesh there");
+    else if (corner < -1e-9 * scale) add(cell, where, "the cell folds over at a corner", "repair the mesh there: every corner angle must be below 180 degrees");
+  }
+  if (!problems.empty()) throw InputError(problems);
+}
+
+std::vector<double> cell_volumes(const HexMesh& mesh) {
+  std::vector<double> volume(mesh.hexes.size(), 0.0);
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
+    for (int q = 0; q < 8; ++q) volume[cell] += jacobian(mesh, cell, gauss_point(q)).determinant();
+  return volume;
+}
+
+}  // namespace talus::fem

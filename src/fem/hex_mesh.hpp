@@ -1,0 +1,64 @@
+/// A mesh of eight-node hexahedra as plain arrays, and what follows from its topology alone.
+///
+/// symbol   meaning                                                         shape
+/// nodes    reference positions, world axes [m]                             n x 3
+/// hexes    VTK order: bottom face counter-clockwise seen from +zeta, top   m x 8
+/// local    the same nodes in the body's own axes (faces of the bounding    n x 3
+///          box, "-z" and the like, are meant in these)
+#pragma once
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "contact/structure.hpp"
+
+namespace talus::fem {
+
+struct HexMesh {
+  std::vector<Vec3> nodes;
+  std::vector<Vec3> local;
+  std::vector<std::array<int, 8>> hexes;
+  std::map<std::string, std::vector<int>> node_groups;  // sorted node numbers
+  std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
+};
+
+/// A quadrilateral of the skin, outward, with the cell it bounds.
+struct SkinQuad {
+  std::array<int, 4> node;
+  int cell;
+  int face;
+};
+
+/// The six faces of a hexahedron, outward, in VTK numbering.
+extern const int hex_faces[6][4];
+
+/// Faces that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
+
+/// For each cell and face the neighbour across it, or -1.
+std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh);
+
+/// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
+Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);
+/// Values of the eight shape functions.
+std::array<double, 8> shape_values(const Vec3& xi);
+/// Their gradients with respect to the reference coordinates.
+std::array<Vec3, 8> shape_gradients(const Vec3& xi);
+/// The eight Gauss points, xi fastest.
+Vec3 gauss_point(int q);
+
+/// Throws InputError for a cell with a Jacobian that is not positive at a point of integration or a corner (relative to its
+/// size), naming the worst cells, and for repeated nodes.
+void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file);
+
+/// Volume of each cell by its integration points, which is what mass and stiffness use.
+std::vector<double> cell_volumes(const HexMesh& mesh);
+
+/// The mesh of a structure: boxes, columns and viaducts by generation, meshes from file.
+HexMesh make_mesh(const StructureSpec& spec);
+
+/// Reads Gmsh .msh (2.2 and 4.1 ASCII) or Abaqus/CalculiX .inp.
+HexMesh read_mesh(const StructureSpec& spec);
+
+}  // namespace talus::fem

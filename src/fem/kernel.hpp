@@ -1,0 +1,67 @@
+/// Internal forces of trilinear hexahedra, many elements at a time; raw pointers only, so that each instruction set can have
+/// its own translation unit.
+///
+///   f_a = sum_q w_q P_q grad N_a,   P = sigma (small strain)   or   P = F S (total Lagrangian),
+///   sigma_q = 2 mu dev(eps_q) + K theta I,   theta = sum_q w_q tr(eps_q) / sum_q w_q
+///
+/// 2 x 2 x 2 points with mean dilatation: the pressure is one number per element, which is the B-bar element of
+/// [hughes1980] without forming B-bar. With eps replaced by the Green-Lagrange strain the same formula is the derivative of an
+/// energy, hence conserves it, and forces and moments sum to zero under any rotation.
+///
+/// symbol     meaning                                                     unit     shape
+/// nodes      four times the node number, lane innermost                  -        groups x 8 x W   (VTK order)
+/// geometry   J^-1 (row: reference axis, column: x, y, z), w              1/m, m^3 groups x Q x 10 x W, Q = 1 if affine, else 8
+/// scale      1 for a lane that counts, 0 for padding and lanes elsewhere -        groups x W
+/// u          displacement, padded to four per node                       m        nodes x 4
+/// f          internal force, added to                                    N        nodes x 4
+/// energy     strain energy                                               J        groups x W
+/// bound      max over the points of eps : C : eps with K theta^2         Pa       groups x W
+#pragma once
+
+namespace talus::fem {
+
+struct KernelArguments {
+  const int* nodes = nullptr;
+  const double* geometry = nullptr;
+  const double* scale = nullptr;
+  const double* u = nullptr;
+  double* f = nullptr;
+  double* energy = nullptr;   // null: not wanted
+  double* bound = nullptr;    // null: not wanted
+  long first = 0, last = 0;   // groups
+  double shear = 0, bulk = 0; // [Pa]
+  bool affine = false;        // one Jacobian per element
+  bool finite = false;        // total Lagrangian
+};
+
+/// Linear and quadratic bulk viscosity, a pressure from the mean rate of dilatation d (one per element):
+///   q = rho l (b1 c |d| + b2^2 l d^2) against compression, b1 alone against expansion,   f_a -= q V g_a
+/// `mean` holds V g_a (the integral of grad N_a), groups x 24 x W; `length` the cell size per lane.
+struct ViscosityArguments {
+  const int* nodes = nullptr;
+  const double* mean = nullptr;
+  const double* volume = nullptr;
+  const double* length = nullptr;
+  const double* scale = nullptr;
+  const double* v = nullptr;  // [m/s], padded to four per node
+  double* f = nullptr;
+  long first = 0, last = 0;
+  double density = 0, wave_speed = 0, linear = 0.06, quadratic = 1.2;
+};
+
+/// One instruction set's set of kernels.
+struct Kernels {
+  int width;          // W
+  const char* name;
+  void (*internal_force)(const KernelArguments&);
+  void (*bulk_viscosity)(const ViscosityArguments&);
+};
+
+const Kernels& kernels_generic();
+const Kernels& kernels_avx2();
+const Kernels& kernels_avx512();
+
+/// The best set for this processor; "generic", "avx2" or "avx512" in TALUS_KERNELS overrules.
+const Kernels& kernels();
+
+}  // namespace talus::fem

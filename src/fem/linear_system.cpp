@@ -1,0 +1,163 @@
+#include "fem/linear_system.hpp"
+
+#include <cholmod.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "core/error.hpp"
+
+namespace talus::fem {
+
+void SymmetricMatrix::multiply(const double* x, double* y) const {
+  std::fill(y, y + n, 0.0);
+  for (int c = 0; c < n; ++c) {
+    double sum = 0;
+    for (std::int64_t k = column[c]; k < column[c + 1]; ++k) {
+      const int r = row[k];
+      if (r == c) {
+        sum += value[k] * x[c];
+      } else {
+        sum += value[k] * x[r];
+        y[r] += value[k] * x[c];
+      }
+    }
+    y[c] += sum;
+  }
+}
+
+ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk) {
+  ElementMatrix k = ElementMatrix::Zero();
+  Eigen::Matrix<double, 24, 1> mean = Eigen::Matrix<double, 24, 1>::Zero();
+  double volume = 0;
+  for (int q = 0; q < 8; ++q) {
+    const Mat3 j = jacobian(mesh, cell, gauss_point(q));
+    const Mat3 inverse_t = j.inverse().transpose();
+    const double w = j.determinant();
+    volume += w;
+    const std::array<Vec3, 8> reference = shape_gradients(gauss_point(q));
+    std::array<Vec3, 8> g;
+    for (int a = 0; a < 8; ++a) {
+      g[a] = inverse_t * reference[a];
+      mean.segment<3>(3 * a) += w * g[a];
+    }
+    for (int a = 0; a < 8; ++a)
+      for (int b = 0; b < 8; ++b) {
+        Mat3 block = w * shear * (g[b] * g[a].transpose() - 2.0 / 3 * g[a] * g[b].transpose());
+        block.diagonal().array() += w * shear * g[a].dot(g[b]);
+        k.block<3, 3>(3 * a, 3 * b) += block;
+      }
+  }
+  k += bulk / volume * mean * mean.transpose();
+  return k;
+}
+
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk) {
+  const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
+  // Node-to-node graph, lower part by column.
+  std::vector<std::vector<int>> touched(nodes);
+  for (int cell = 0; cell < cells; ++cell)
+    for (int a : mesh.hexes[cell])
+      for (int b : mesh.hexes[cell]) touched[a].push_back(b);
+  for (auto& list : touched) {
+    std::sort(list.begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
+  }
+  SymmetricMatrix m;
+  m.n = dofs.size;
+  m.column.assign(m.n + 1, 0);
+  std::vector<int> node_of(m.n), direction_of(m.n);
+  for (int node = 0; node < nodes; ++node)
+    for (int c = 0; c < 3; ++c)
+      if (dofs.number[node][c] >= 0) node_of[dofs.number[node][c]] = node, direction_of[dofs.number[node][c]] = c;
+  for (int column = 0; column < m.n; ++column) {
+    for (int other : touched[node_of[column]])
+      for (int c = 0; c < 3; ++c)
+        if (dofs.number[other][c] >= column) m.row.push_back(dofs.number[other][c]);
+    std::sort(m.row.begin() + m.column[column], m.row.end());
+    m.column[column + 1] = static_cast<std::int64_t>(m.row.size());
+  }
+  m.value.assign(m.row.size(), 0.0);
+
+  ElementMatrix k;
+  int of = -1;
+  const auto same_shape = [&](int a, int b) {
+    for (int i = 1; i < 8; ++i) {
+      const Vec3 da = mesh.nodes[mesh.hexes[a][i]] - mesh.nodes[mesh.hexes[a][0]], db = mesh.nodes[mesh.hexes[b][i]] - mesh.nodes[mesh.hexes[b][0]];
+      if ((da - db).norm() > 1e-13 * da.norm()) return false;
+    }
+    return true;
+  };
+  for (int cell = 0; cell < cells; ++cell) {
+    if (of < 0 || !same_shape(of, cell)) k = element_stiffness(mesh, cell, shear, bulk), of = cell;
+    for (int b = 0; b < 24; ++b) {
+      const int column = dofs.number[mesh.hexes[cell][b / 3]][b % 3];
+      if (column < 0) continue;
+      for (int a = 0; a < 24; ++a) {
+        const int row = dofs.number[mesh.hexes[cell][a / 3]][a % 3];
+        if (row < column) continue;
+        const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1];
+        m.value[std::lower_bound(first, last, row) - m.row.begin()] += k(a, b);
+      }
+    }
+  }
+  return m;
+}
+
+struct CholeskyFactor::Work {
+  cholmod_common common;
+  cholmod_factor* factor = nullptr;
+  cholmod_dense *rhs = nullptr, *solution = nullptr, *y = nullptr, *e = nullptr;
+  int n = 0;
+};
+
+CholeskyFactor::CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d) : work_(std::make_unique<Work>()) {
+  Work& w = *work_;
+  w.n = a.n;
+  cholmod_l_start(&w.common);
+  w.common.supernodal = CHOLMOD_SUPERNODAL;
+  w.common.nmethods = 1;
+  w.common.method[0].ordering = a.n > 2000 ? CHOLMOD_METIS : CHOLMOD_AMD;
+  w.common.postorder = 1;
+  w.common.print = 0;
+  cholmod_sparse* s = cholmod_l_allocate_sparse(a.n, a.n, a.row.size(), 1, 1, -1, CHOLMOD_REAL, &w.common);
+  auto* column = static_cast<SuiteSparse_long*>(s->p);
+  auto* row = static_cast<SuiteSparse_long*>(s->i);
+  auto* value = static_cast<double*>(s->x);
+  for (int c = 0; c <= a.n; ++c) column[c] = a.column[c];
+  for (std::size_t k = 0; k < a.row.size(); ++k) row[k] = a.row[k], value[k] = a.value[k];
+  if (shift != 0)
+    for (int c = 0; c < a.n; ++c) value[a.column[c]] += shift * d[c];  // the diagonal comes first in its column
+  w.factor = cholmod_l_analyze(s, &w.common);
+  cholmod_l_factorize(s, w.factor, &w.common);
+  const bool good = w.common.status == CHOLMOD_OK && w.factor && w.factor->minor == static_cast<std::size_t>(a.n);
+  cholmod_l_free_sparse(&s, &w.common);
+  if (!good) {
+    const int column_bad = w.factor ? static_cast<int>(w.factor->minor) : -1;
+    cholmod_l_free_factor(&w.factor, &w.common);
+    cholmod_l_finish(&w.common);
+    throw NumericalFailure(fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): are the supports enough?",
+                                       column_bad, a.n));
+  }
+  w.rhs = cholmod_l_allocate_dense(a.n, 1, a.n, CHOLMOD_REAL, &w.common);
+}
+
+CholeskyFactor::~CholeskyFactor() {
+  Work& w = *work_;
+  cholmod_l_free_dense(&w.rhs, &w.common);
+  cholmod_l_free_dense(&w.solution, &w.common);
+  cholmod_l_free_dense(&w.y, &w.common);
+  cholmod_l_free_dense(&w.e, &w.common);
+  cholmod_l_free_factor(&w.factor, &w.common);
+  cholmod_l_finish(&w.common);
+}
+
+void CholeskyFactor::solve(const double* b, double* x) const {
+  Work& w = *work_;
+  std::memcpy(w.rhs->x, b, sizeof(double) * w.n);
+  cholmod_l_solve2(CHOLMOD_A, w.factor, w.rhs, nullptr, &w.solution, nullptr, &w.y, &w.e, &w.common);
+  std::memcpy(x, w.solution->x, sizeof(double) * w.n);
+}
+
+}  // namespace talus::fem

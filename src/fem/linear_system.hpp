@@ -1,0 +1,58 @@
+/// Stiffness of the elastic structure on its free degrees of freedom, and its sparse Cholesky factor.
+///
+///   K_e = sum_q w_q [ mu (delta_ij g_a.g_b + g_aj g_bi) - 2/3 mu g_ai g_bj ] + K_b V gbar_ai gbar_bj
+///
+/// the tangent of the kernels' internal force at u = 0 (mean dilatation). The matrix holds the lower triangle, columns compressed,
+/// rows sorted.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "fem/hex_mesh.hpp"
+
+namespace talus::fem {
+
+/// Numbers of the free degrees of freedom: 3 per node, -1 where held or where the node is not part of the structure any more.
+struct DofMap {
+  std::vector<std::array<int, 3>> number;
+  int size = 0;
+};
+
+struct SymmetricMatrix {
+  int n = 0;
+  std::vector<std::int64_t> column;  // n + 1
+  std::vector<int> row;
+  std::vector<double> value;
+  /// y = A x
+  void multiply(const double* x, double* y) const;
+};
+
+using ElementMatrix = Eigen::Matrix<double, 24, 24>;
+
+ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk);
+
+/// Cholesky factor (CHOLMOD, supernodal, METIS).
+class CholeskyFactor {
+ public:
+  /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite.
+  CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d);
+  ~CholeskyFactor();
+  CholeskyFactor(const CholeskyFactor&) = delete;
+  CholeskyFactor& operator=(const CholeskyFactor&) = delete;
+  void solve(const double* b, double* x) const;
+
+ private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+/// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions in the near null
+/// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction.
+/// Returns the number of iterations; throws NumericalFailure if it does not reach the tolerance.
+int solve_by_multigrid(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b,
+                       double* x, double tolerance);
+
+}  // namespace talus::fem

@@ -1,0 +1,6 @@
+#include "fem/structure_fem.hpp"
+
+extern "C" __attribute__((visibility("default"))) talus::Structure* talus_make_structure(
+    const talus::StructureSpec& spec, const talus::Vec3& gravity, const std::function<void(const std::string&)>& report) {
+  return new talus::fem::FemStructure(spec, gravity, report ? report : [](const std::string&) {});
+}

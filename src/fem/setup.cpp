@@ -1,0 +1,173 @@
+#include "fem/setup.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+
+namespace talus::fem {
+namespace {
+
+[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+  Problem p;
+  p.key = fmt::format("structure.{}.{}", spec.name, key);
+  p.value = value;
+  p.rule = rule;
+  p.remedy = remedy;
+  throw InputError(p);
+}
+
+std::string text(const Vec3& a) { return fmt::format("[{:g}, {:g}, {:g}]", a.x(), a.y(), a.z()); }
+std::string text(const Box3& b) { return "min " + text(b.min()) + ", max " + text(b.max()); }
+
+Box3 bounds(const std::vector<Vec3>& points) {
+  Box3 box;
+  for (const Vec3& x : points) box.extend(x);
+  return box;
+}
+
+}  // namespace
+
+Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
+  Supports s;
+  s.held.assign(mesh.nodes.size(), {false, false, false});
+  const Box3 box = bounds(mesh.local);
+  const double tolerance = 1e-7 * box.diagonal().norm();
+  for (const StructureSpec::Support& support : spec.supports) {
+    std::vector<int> chosen;
+    std::string what;
+    if (!support.face.empty()) {
+      what = support.face;
+      const std::size_t axis = support.face.size() == 2 ? std::string("xyz").find(support.face[1]) : std::string::npos;
+      if (axis == std::string::npos || (support.face[0] != '-' && support.face[0] != '+'))
+        bad(spec, "support", support.face, "one of -x, +x, -y, +y, -z, +z", "name a face of the bounding box");
+      const double plane = support.face[0] == '-' ? box.min()[axis] : box.max()[axis];
+      for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
+        if (std::abs(mesh.local[n][axis] - plane) <= tolerance) chosen.push_back(n);
+    } else if (!support.group.empty()) {
+      what = support.group;
+      const auto group = mesh.node_groups.find(support.group);
+      if (group == mesh.node_groups.end()) {
+        std::string known;
+        for (const auto& [name, nodes] : mesh.node_groups) known += (known.empty() ? "" : ", ") + name;
+        bad(spec, "support", support.group, "no such group in the mesh", known.empty() ? "the mesh has no groups" : "groups of the mesh: " + known);
+      }
+      chosen = group->second;
+    } else {
+      what = text(support.region);
+      Box3 region = support.region;
+      if (!region.isEmpty()) region.min().array() -= tolerance, region.max().array() += tolerance;
+      for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
+        if (region.contains(mesh.nodes[n])) chosen.push_back(n);
+    }
+    if (chosen.empty()) bad(spec, "support", what, "no node of the mesh lies there", "move or enlarge the support");
+    for (int n : chosen)
+      for (int c = 0; c < 3; ++c) s.held[n][c] = s.held[n][c] || support.held[c];
+  }
+  for (int n = 0; n < static_cast<int>(mesh.nodes.size()); ++n)
+    if (s.held[n][0] || s.held[n][1] || s.held[n][2]) {
+      s.nodes.push_back(n);
+      s.centroid += mesh.nodes[n];
+    }
+  if (!s.nodes.empty()) s.centroid /= static_cast<double>(s.nodes.size());
+  return s;
+}
+
+double PatchLoad::factor(double t) const {
+  if (history.empty()) return 1;
+  if (t <= history.front().first) return history.front().second;
+  for (std::size_t i = 1; i < history.size(); ++i)
+    if (t <= history[i].first) {
+      const double span = history[i].first - history[i - 1].first;
+      const double s = span > 0 ? (t - history[i - 1].first) / span : 1;
+      return history[i - 1].second + s * (history[i].second - history[i - 1].second);
+    }
+  return history.back().second;
+}
+
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin) {
+  std::vector<PatchLoad> loads;
+  const double tolerance = 1e-7 * bounds(mesh.nodes).diagonal().norm();
+  for (const StructureSpec::Load& given : spec.loads) {
+    Box3 region = given.region;
+    if (region.isEmpty()) bad(spec, "load.region", text(given.region), "min must not exceed max", "exchange them");
+    region.min().array() -= tolerance;
+    region.max().array() += tolerance;
+    PatchLoad load;
+    load.history = given.history;
+    for (std::size_t i = 1; i < load.history.size(); ++i)
+      if (!(load.history[i].first > load.history[i - 1].first))
+        bad(spec, "load.history", fmt::format("{:g} s", load.history[i].first), "times must increase", "sort the table");
+    std::vector<Vec3> force(mesh.nodes.size(), Vec3::Zero());
+    for (const SkinQuad& quad : skin) {
+      Box3 face;
+      for (int n : quad.node) face.extend(mesh.nodes[n]);
+      if (!region.intersects(face)) continue;
+      // Midpoint rule on the bilinear face: 2 x 2 Gauss points when it lies inside, a fine grid when it is cut.
+      const bool inside = region.contains(face);
+      const int cuts = inside ? 2 : 40;
+      for (int i = 0; i < cuts; ++i)
+        for (int j = 0; j < cuts; ++j) {
+          const double g = 1 / std::sqrt(3.0);
+          const double s = inside ? (i ? g : -g) : -1 + (2 * i + 1.0) / cuts, t = inside ? (j ? g : -g) : -1 + (2 * j + 1.0) / cuts;
+          const double weight = inside ? 1.0 : 4.0 / (cuts * cuts);
+          const double n[4] = {0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t)};
+          const double ds[4] = {-0.25 * (1 - t), 0.25 * (1 - t), 0.25 * (1 + t), -0.25 * (1 + t)};
+          const double dt[4] = {-0.25 * (1 - s), -0.25 * (1 + s), 0.25 * (1 + s), 0.25 * (1 - s)};
+          Vec3 x = Vec3::Zero(), a = Vec3::Zero(), b = Vec3::Zero();
+          for (int k = 0; k < 4; ++k) {
+            x += n[k] * mesh.nodes[quad.node[k]];
+            a += ds[k] * mesh.nodes[quad.node[k]];
+            b += dt[k] * mesh.nodes[quad.node[k]];
+          }
+          if (!region.contains(x)) continue;
+          const double area = a.cross(b).norm() * weight;
+          load.area += area;
+          for (int k = 0; k < 4; ++k) force[quad.node[k]] += n[k] * area * given.traction;
+        }
+    }
+    if (!(load.area > 0)) bad(spec, "load.region", text(given.region), "no part of the surface lies inside", "let the region contain the patch of the surface");
+    for (int n = 0; n < static_cast<int>(force.size()); ++n)
+      if (force[n] != Vec3::Zero()) load.node.push_back(n), load.force.push_back(force[n]);
+    loads.push_back(std::move(load));
+  }
+  return loads;
+}
+
+std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh) {
+  std::vector<ProbePoint> probes;
+  for (const StructureSpec::Probe& given : spec.probes) {
+    double best = INFINITY;
+    ProbePoint point{};
+    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+      Vec3 centre = Vec3::Zero();
+      double reach = 0;
+      for (int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
+      for (int n : mesh.hexes[cell]) reach = std::max(reach, (mesh.nodes[n] - centre).norm());
+      if ((given.at - centre).norm() > 1.5 * reach) continue;
+      Vec3 xi = Vec3::Zero();
+      for (int iteration = 0; iteration < 20; ++iteration) {
+        const std::array<double, 8> n = shape_values(xi);
+        Vec3 x = Vec3::Zero();
+        for (int a = 0; a < 8; ++a) x += n[a] * mesh.nodes[mesh.hexes[cell][a]];
+        const Vec3 step = jacobian(mesh, cell, xi).inverse() * (given.at - x);
+        xi += step.cwiseMax(-1.0).cwiseMin(1.0);
+        if (step.norm() < 1e-13) break;
+      }
+      const double outside = xi.cwiseAbs().maxCoeff();
+      if (outside < best - 1e-9) {
+        best = outside;
+        point.node = mesh.hexes[cell];
+        point.weight = shape_values(xi);
+      }
+    }
+    if (best > 1 + 1e-5)
+      bad(spec, "probe." + given.name, text(given.at), "the point lies outside of the structure", "move it into the structure or onto its surface");
+    probes.push_back(point);
+  }
+  return probes;
+}
+
+}  // namespace talus::fem

@@ -1,0 +1,34 @@
+/// What the specification says about supports, loads and probes, found on the mesh.
+#pragma once
+#include <vector>
+
+#include "fem/hex_mesh.hpp"
+
+namespace talus::fem {
+
+struct Supports {
+  std::vector<std::array<bool, 3>> held;  // per node
+  std::vector<int> nodes;                 // any direction held
+  Vec3 centroid = Vec3::Zero();           // of the supported nodes, world axes [m]
+};
+
+/// Nodal pattern of one prescribed traction: force at factor 1.
+struct PatchLoad {
+  std::vector<int> node;
+  std::vector<Vec3> force;   // [N]
+  double area = 0;           // [m^2]
+  std::vector<std::pair<double, double>> history;
+  double factor(double t) const;
+};
+
+struct ProbePoint {
+  std::array<int, 8> node;
+  std::array<double, 8> weight;
+};
+
+/// Throw InputError if a support, load or probe meets nothing.
+Supports find_supports(const StructureSpec& spec, const HexMesh& mesh);
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin);
+std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh);
+
+}  // namespace talus::fem

@@ -1,0 +1,126 @@
+/// The finite-element structure behind talus::Structure.
+///
+///   m a = f_ext(t) - f_int(u) - f_visc - alpha m v + r,      M lumped by rows, r reactions of the supports
+///   predict:  v_hat = (v_{n-1/2} (1 - a) + k m^-1 f_n) / (1 + a),   a = alpha k / 2,   k = (h_{n-1} + h_n) / 2
+///   correct:  v_{n+1/2} = v_hat + m^-1 p,   u_{n+1} = u_n + h_n v_{n+1/2}
+///
+/// k equals h while the step does not change; after a change, and at the start (h_{-1} = 0), it keeps the scheme of second
+/// order, since velocities live at half steps [belytschko2014, 6.2]. alpha = 2 zeta omega_1.
+///
+/// Energies are those of the half step n + 1/2, for which the central difference closes its books exactly when the
+/// structure is linear: kinetic 1/2 m v_{n+1/2}^2, stored U(u_n) + h/2 f_int(u_n) . v_{n+1/2} = 1/2 u_n K u_{n+1}. Every work is the
+/// impulse times the mean of the velocities before and after.
+///
+/// symbol   meaning                                   unit   shape
+/// u        displacement from the unstressed shape    m      nodes x 4 (padded)
+/// v        velocity at the last half step            m/s    nodes x 4
+/// m        lumped mass                               kg     nodes
+#pragma once
+#include <memory>
+#include <optional>
+
+#include "contact/structure.hpp"
+#include "fem/aligned.hpp"
+#include "fem/element_operator.hpp"
+#include "fem/hex_mesh.hpp"
+#include "fem/linear_system.hpp"
+#include "fem/setup.hpp"
+
+namespace talus::fem {
+
+using Report = std::function<void(const std::string&)>;
+
+class FemStructure : public Structure {
+ public:
+  FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report);
+  ~FemStructure() override;
+
+  const TriangleSurface& surface() const override;
+  double node_mass(int node) const override;
+  Vec3 node_position(int node) const override;
+  Vec3 node_velocity(int node) const override;
+  std::array<bool, 3> node_held(int node) const override;
+
+  double critical_step() const override { return critical_step_; }
+  void predict(double t, double h) override;
+  Vec3 predicted_velocity(int node) const override;
+  void correct(double t, double h, std::span<const NodeImpulse> impulses) override;
+  std::string advance_alone(double t, double duration) override;
+
+  bool quiet() const override;
+  StructureEnergy energy() const override;
+  Vec3 base_force() const override;
+  Vec3 base_moment() const override;
+  std::vector<Vec3> probe_displacements() const override;
+  double damage_max() const override;
+  double damaged_volume() const override;
+  long dofs() const override { return dofs_.size; }
+  long elements() const override;
+  std::string plan() const override;
+  std::vector<Fragment> take_fragments() override;
+  void save(std::vector<double>& state) const override;
+  void restore(std::span<const double> state) override;
+  Snapshot snapshot() const override;
+
+  /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal force.
+  const HexMesh& mesh() const { return mesh_; }
+  const AlignedVector& displacement() const { return u_; }
+  std::vector<double> frequencies(int count);
+
+ private:
+  // structure_setup.cpp
+  void set_masses();
+  void find_critical_step();
+  double first_frequency();
+  void preload();
+  const CholeskyFactor& factor();
+  // structure_step.cpp
+  void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
+  void external_force(double t, AlignedVector& f) const;
+  void explicit_steps(double t, double duration);
+  void moved();                      // the state changed: caches are stale
+  // structure_output.cpp
+  void rebuild_skin();
+
+  StructureSpec spec_;
+  Vec3 gravity_;
+  Report report_;
+  HexMesh mesh_;
+  Supports supports_;
+  std::vector<PatchLoad> loads_;
+  std::vector<ProbePoint> probes_;
+  double shear_ = 0, bulk_ = 0;
+  bool finite_ = false;              // total Lagrangian
+  DofMap dofs_;
+  std::unique_ptr<ElementOperator> operator_;
+  SymmetricMatrix stiffness_;        // empty until needed
+  std::unique_ptr<CholeskyFactor> factor_;
+  std::vector<double> cell_mass_;
+
+  // state
+  std::vector<char> live_;           // cells
+  std::vector<double> mass_;
+  AlignedVector u_, v_;
+  double h_last_ = 0;                // 0: v_ is at the same time as u_
+  double time_ = 0;
+  AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
+  double contact_step_ = 0;
+  StructureEnergy books_;            // the cumulative works
+  double stored_half_ = 0;           // elastic energy at the half step
+  double reference_kinetic_ = 0;
+  double still_since_ = 0;           // kinetic energy has been below the limit since then
+  bool still_ = false;
+
+  // derived
+  double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
+  AlignedVector inverse_mass_;       // nodes x 4, 0 where held
+  AlignedVector f_int_, f_ext_, v_hat_;
+  bool forces_valid_ = false;
+  double forces_time_ = 0, stored_now_ = 0;
+  std::vector<SkinQuad> skin_;
+  std::vector<int> skin_node_;       // surface vertex -> node, the first ones
+  mutable TriangleSurface surface_;
+  mutable bool surface_stale_ = true;
+};
+
+}  // namespace talus::fem

@@ -1,0 +1,196 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/assert.hpp"
+#include "core/error.hpp"
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+void FemStructure::rebuild_skin() {
+  skin_ = skin(mesh_, live_);
+  std::vector<int> vertex(mesh_.nodes.size(), -1);
+  skin_node_.clear();
+  for (const SkinQuad& quad : skin_)
+    for (int n : quad.node)
+      if (vertex[n] < 0) vertex[n] = 0;
+  for (std::size_t n = 0; n < vertex.size(); ++n)
+    if (vertex[n] == 0) vertex[n] = static_cast<int>(skin_node_.size()), skin_node_.push_back(static_cast<int>(n));
+  TriangleSurface& s = surface_;
+  const int nodes = static_cast<int>(skin_node_.size());
+  s.vertices.assign(nodes + skin_.size(), Vec3::Zero());
+  s.velocities.assign(nodes + skin_.size(), Vec3::Zero());
+  s.nodes.assign(nodes + skin_.size(), {});
+  s.triangles.clear();
+  s.parent_face.clear();
+  s.default_material = spec_.material;
+  for (int i = 0; i < nodes; ++i) s.nodes[i] = {1, {skin_node_[i], 0, 0, 0}, {1, 0, 0, 0}};
+  for (int q = 0; q < static_cast<int>(skin_.size()); ++q) {
+    s.nodes[nodes + q] = {4, skin_[q].node, {0.25, 0.25, 0.25, 0.25}};
+    for (int k = 0; k < 4; ++k) {
+      s.triangles.push_back({vertex[skin_[q].node[k]], vertex[skin_[q].node[(k + 1) % 4]], nodes + q});
+      s.parent_face.push_back(q);
+    }
+  }
+  ++s.revision;
+  surface_stale_ = true;
+}
+
+const TriangleSurface& FemStructure::surface() const {
+  if (surface_stale_) {
+    for (std::size_t i = 0; i < surface_.vertices.size(); ++i) {
+      const auto& from = surface_.nodes[i];
+      Vec3 x = Vec3::Zero(), v = Vec3::Zero();
+      for (int k = 0; k < from.count; ++k) x += from.weight[k] * node_position(from.node[k]), v += from.weight[k] * node_velocity(from.node[k]);
+      surface_.vertices[i] = x;
+      surface_.velocities[i] = v;
+    }
+    surface_stale_ = false;
+  }
+  return surface_;
+}
+
+double FemStructure::node_mass(int node) const {
+  const auto& held = supports_.held[node];
+  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : mass_[node];
+}
+
+Vec3 FemStructure::node_position(int node) const { return mesh_.nodes[node] + Vec3(u_[4 * node], u_[4 * node + 1], u_[4 * node + 2]); }
+Vec3 FemStructure::node_velocity(int node) const { return {v_[4 * node], v_[4 * node + 1], v_[4 * node + 2]}; }
+Vec3 FemStructure::predicted_velocity(int node) const { return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]}; }
+std::array<bool, 3> FemStructure::node_held(int node) const { return supports_.held[node]; }
+
+StructureEnergy FemStructure::energy() const {
+  StructureEnergy e = books_;
+  e.elastic = stored_half_;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    const Vec3 v = node_velocity(static_cast<int>(i));
+    const Vec3 x = node_position(static_cast<int>(i)) - 0.5 * h_last_ * v;  // at the half step, where the velocities live
+    e.kinetic += 0.5 * mass_[i] * v.squaredNorm();
+    e.gravity_potential -= mass_[i] * gravity_.dot(x);
+    e.linear_momentum += mass_[i] * v;
+    e.angular_momentum += mass_[i] * x.cross(v);
+  }
+  return e;
+}
+
+namespace {
+/// What the structure presses on its support at a held degree of freedom.
+Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, const AlignedVector& impulse, double step, int node,
+                const std::array<bool, 3>& held) {
+  Vec3 f = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    if (held[c]) {
+      const std::size_t i = 4 * static_cast<std::size_t>(node) + c;
+      f[c] = external[i] - internal[i] + (step > 0 ? impulse[i] / step : 0.0);
+    }
+  return f;
+}
+}  // namespace
+
+Vec3 FemStructure::base_force() const {
+  const_cast<FemStructure*>(this)->forces(time_);
+  Vec3 sum = Vec3::Zero();
+  for (int n : supports_.nodes) sum += on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]);
+  return sum;
+}
+
+Vec3 FemStructure::base_moment() const {
+  const_cast<FemStructure*>(this)->forces(time_);
+  Vec3 sum = Vec3::Zero();
+  for (int n : supports_.nodes)
+    sum += (node_position(n) - supports_.centroid).cross(on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]));
+  return sum;
+}
+
+std::vector<Vec3> FemStructure::probe_displacements() const {
+  std::vector<Vec3> result;
+  for (const ProbePoint& p : probes_) {
+    Vec3 u = Vec3::Zero();
+    for (int a = 0; a < 8; ++a)
+      for (int c = 0; c < 3; ++c) u[c] += p.weight[a] * u_[4 * p.node[a] + c];
+    result.push_back(u);
+  }
+  return result;
+}
+
+double FemStructure::damage_max() const { return 0; }
+double FemStructure::damaged_volume() const { return 0; }
+long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
+std::vector<Fragment> FemStructure::take_fragments() { return {}; }
+
+std::string FemStructure::plan() const {
+  std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
+                                 kernels().name, kernels().width);
+  text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
+                      finite_ ? "free body, total Lagrangian for any rotation" : "small strains and rotations");
+  text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
+  if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
+  else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
+  return text;
+}
+
+void FemStructure::save(std::vector<double>& state) const {
+  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0,
+                             books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
+                             books_.external_work, books_.contact_work});
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      state.push_back(u_[4 * i + c]);
+      state.push_back(v_[4 * i + c]);
+      state.push_back(contact_impulse_[4 * i + c]);
+    }
+}
+
+void FemStructure::restore(std::span<const double> state) {
+  std::size_t at = 0;
+  const auto next = [&]() {
+    if (at >= state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+    return state[at++];
+  };
+  h_last_ = next(), time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
+  still_ = next() != 0;
+  books_ = {};
+  for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
+                    &books_.external_work, &books_.contact_work})
+    *p = next();
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      u_[4 * i + c] = next();
+      v_[4 * i + c] = next();
+      contact_impulse_[4 * i + c] = next();
+    }
+  if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  moved();
+}
+
+Structure::Snapshot FemStructure::snapshot() const {
+  Snapshot s;
+  s.nodes = mesh_.nodes;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    s.displacement.emplace_back(u_[4 * i], u_[4 * i + 1], u_[4 * i + 2]);
+    s.velocity.push_back(node_velocity(static_cast<int>(i)));
+  }
+  for (std::size_t cell = 0; cell < mesh_.hexes.size(); ++cell) {
+    if (!live_[cell]) continue;
+    const auto& hex = mesh_.hexes[cell];
+    s.hexes.push_back(hex);
+    // Stress at the centre, where it is most accurate.
+    const Mat3 inverse_t = jacobian(mesh_, static_cast<int>(cell), Vec3::Zero()).inverse().transpose();
+    const std::array<Vec3, 8> g = shape_gradients(Vec3::Zero());
+    Mat3 h = Mat3::Zero();
+    for (int a = 0; a < 8; ++a) h += Vec3(u_[4 * hex[a]], u_[4 * hex[a] + 1], u_[4 * hex[a] + 2]) * (inverse_t * g[a]).transpose();
+    Mat3 strain = 0.5 * (h + h.transpose());
+    if (finite_) strain += 0.5 * h.transpose() * h;
+    const Mat3 deviator = 2 * shear_ * (strain - strain.trace() / 3 * Mat3::Identity());
+    s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
+    s.damage_tension.push_back(0);
+    s.damage_compression.push_back(0);
+  }
+  return s;
+}
+
+}  // namespace talus::fem

@@ -1,0 +1,221 @@
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "fem/structure_fem.hpp"
+
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+
+namespace talus::fem {
+namespace {
+
+[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+  Problem p;
+  p.key = fmt::format("structure.{}.{}", spec.name, key);
+  p.value = value;
+  p.rule = rule;
+  p.remedy = remedy;
+  throw InputError(p);
+}
+
+constexpr int largest_factored_system = 150000;  // degrees of freedom; above it multigrid is cheaper in time and memory
+
+}  // namespace
+
+FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
+  // BLAS with several threads may sum in another order: results must not depend on the machine's load.
+  if (openblas_set_num_threads) openblas_set_num_threads(1);
+  if (!(spec_.young > 0)) bad(spec_, "material", fmt::format("young = {:g}", spec_.young), "Young's modulus must be positive", "give young or f_cm for the material");
+  if (!(spec_.poisson > -1 && spec_.poisson < 0.5)) bad(spec_, "material", fmt::format("poisson = {:g}", spec_.poisson), "must lie in (-1, 0.5)", "correct the material");
+  if (!(spec_.density > 0)) bad(spec_, "material", fmt::format("density = {:g}", spec_.density), "must be positive", "correct the material");
+  if (!(spec_.critical_step_fraction > 0 && spec_.critical_step_fraction <= 1))
+    bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction), "must lie in (0, 1]", "take 0.9");
+  shear_ = spec_.young / (2 * (1 + spec_.poisson));
+  bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
+  mesh_ = make_mesh(spec_);
+  check_cells(mesh_, "structure." + spec_.name, spec_.file);
+  live_.assign(mesh_.hexes.size(), 1);
+  supports_ = find_supports(spec_, mesh_);
+  finite_ = supports_.nodes.empty();
+  rebuild_skin();
+  loads_ = find_loads(spec_, mesh_, skin_);
+  probes_ = find_probes(spec_, mesh_);
+
+  const std::size_t n = mesh_.nodes.size();
+  for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_}) a->assign(4 * n, 0.0);
+  set_masses();
+  operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, false);
+  find_critical_step();
+  for (std::size_t i = 0; i < n; ++i)
+    for (int c = 0; c < 3; ++c)
+      if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
+  if (spec_.damping_ratio > 0 && !supports_.nodes.empty()) {
+    omega_1_ = first_frequency();
+    alpha_ = 2 * spec_.damping_ratio * omega_1_;
+  }
+  if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
+  forces(0);
+  stored_half_ = stored_now_;
+}
+
+FemStructure::~FemStructure() = default;
+
+void FemStructure::set_masses() {
+  const std::size_t n = mesh_.nodes.size();
+  cell_mass_ = cell_volumes(mesh_);
+  for (double& m : cell_mass_) m *= spec_.density;
+  // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
+  mass_.assign(n, 0.0);
+  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
+    for (int q = 0; q < 8; ++q) {
+      const std::array<double, 8> shape = shape_values(gauss_point(q));
+      const double w = spec_.density * jacobian(mesh_, cell, gauss_point(q)).determinant();
+      for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
+    }
+  dofs_.number.assign(n, {-1, -1, -1});
+  dofs_.size = 0;
+  for (std::size_t i = 0; i < n; ++i)
+    for (int c = 0; c < 3; ++c)
+      if (mass_[i] > 0 && !supports_.held[i][c]) {
+        dofs_.number[i][c] = dofs_.size++;
+        inverse_mass_[4 * i + c] = 1 / mass_[i];
+      }
+}
+
+void FemStructure::find_critical_step() {
+  // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from below.
+  const std::size_t n = u_.size();
+  const int steps = 40;
+  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0);
+  std::uint64_t seed = 88172645463325252ull;
+  double norm_sq = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+    const double mass = mass_[i / 4];
+    x[i] = inverse_mass_[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
+    norm_sq += mass * x[i] * x[i];
+  }
+  std::vector<double> diagonal, off;
+  double beta = 0;
+  const double start = 1 / std::sqrt(norm_sq);
+  for (double& a : x) a *= start;
+  for (int k = 0; k < steps; ++k) {
+    std::fill(y.begin(), y.end(), 0.0);
+    operator_->add_internal_force(x.data(), y.data(), false, false);
+    double a = 0;
+    for (std::size_t i = 0; i < n; ++i) a += inverse_mass_[i] > 0 ? y[i] * x[i] : 0;
+    double norm = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      y[i] = inverse_mass_[i] * y[i] - a * x[i] - beta * previous[i];
+      norm += mass_[i / 4] * y[i] * y[i];
+    }
+    diagonal.push_back(a);
+    beta = std::sqrt(norm);
+    if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
+    off.push_back(beta);
+    for (std::size_t i = 0; i < n; ++i) previous[i] = x[i], x[i] = y[i] / beta;
+  }
+  const int size = static_cast<int>(diagonal.size());
+  MatX t = MatX::Zero(size, size);
+  for (int i = 0; i < size; ++i) {
+    t(i, i) = diagonal[i];
+    if (i + 1 < size) t(i, i + 1) = t(i + 1, i) = off[i];
+  }
+  const double largest = Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  critical_step_ = spec_.critical_step_fraction * 2 / std::sqrt(1.02 * largest);
+}
+
+const CholeskyFactor& FemStructure::factor() {
+  if (!factor_) {
+    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+    factor_ = std::make_unique<CholeskyFactor>(stiffness_, 0.0, std::vector<double>{});
+  }
+  return *factor_;
+}
+
+double FemStructure::first_frequency() {
+  // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
+  const int n = dofs_.size;
+  if (n > largest_factored_system) {
+    // Too large to factor only for the sake of damping: Rayleigh's quotient of the static shape under gravity-like load along the
+    // softest axis would need the same solve; the multigrid solver gives it.
+    stiffness_ = stiffness_.n ? std::move(stiffness_) : assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+  }
+  std::vector<double> m(n), x(n), y(n);
+  std::vector<Vec3> position(n);
+  std::vector<int> direction(n);
+  std::uint64_t seed = 1234567;
+  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs_.number[i][c]; d >= 0) {
+        seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+        m[d] = mass_[i];
+        position[d] = mesh_.nodes[i];
+        direction[d] = c;
+        x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
+      }
+  double omega_sq = 0;
+  for (int iteration = 0; iteration < 30; ++iteration) {
+    for (int i = 0; i < n; ++i) x[i] *= m[i];
+    if (n > largest_factored_system) solve_by_multigrid(stiffness_, position, direction, x.data(), y.data(), 1e-6);
+    else factor().solve(x.data(), y.data());
+    double numerator = 0, denominator = 0;  // y K y = y M x_old
+    for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
+    const double next = numerator / denominator;
+    const double scale = 1 / std::sqrt(denominator);
+    for (int i = 0; i < n; ++i) x[i] = y[i] * scale;
+    const bool done = std::abs(next - omega_sq) < 1e-6 * next;
+    omega_sq = next;
+    if (done) break;
+  }
+  return std::sqrt(omega_sq);
+}
+
+void FemStructure::preload() {
+  const int n = dofs_.size;
+  std::vector<double> b(n), x(n);
+  external_force(0, f_ext_);
+  for (const PatchLoad& load : loads_) {  // gravity alone: what varies in time is dynamics
+    const double factor = load.factor(0);
+    for (std::size_t k = 0; k < load.node.size(); ++k)
+      for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] -= factor * load.force[k][c];
+  }
+  std::vector<Vec3> position(n);
+  std::vector<int> direction(n);
+  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c], position[d] = mesh_.nodes[i], direction[d] = c;
+  const bool multigrid = n > largest_factored_system;
+  if (multigrid && stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+  // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
+  for (int pass = 0; pass < 20; ++pass) {
+    if (multigrid) {
+      const int iterations = solve_by_multigrid(stiffness_, position, direction, b.data(), x.data(), 1e-10);
+      report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
+    } else {
+      factor().solve(b.data(), x.data());
+    }
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
+    if (!finite_) break;
+    std::fill(f_int_.begin(), f_int_.end(), 0.0);
+    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
+    double residual = 0, scale = 0;
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) {
+          b[d] = f_ext_[4 * i + c] - f_int_[4 * i + c];
+          residual += b[d] * b[d], scale += f_ext_[4 * i + c] * f_ext_[4 * i + c];
+        }
+    if (residual <= 1e-24 * scale) break;
+  }
+  moved();
+  still_ = true;
+}
+
+}  // namespace talus::fem
