@@ -34,6 +34,7 @@ struct Material {
   double poisson = 0.25;
   double f_cm = 0;              // [Pa]; > 0: concrete
   double tensile_strength = 0, fracture_energy = 0;
+  bool declared = true;         // false: named by a terrain or plane and an interface only, no [[material]] of its own
 };
 
 /// Site: terrain file and its treatment; the mesh itself is built by geometry.
@@ -42,6 +43,7 @@ struct Site {
   int material = 0;
   bool two_sided = false;
   double decimation_error = 0;  // [m], 0: none
+  double widen = 0;             // the border is drawn out by this length [m]
   std::optional<Box3> crop;     // in scene coordinates
   std::string crs;
   Vec3 origin = Vec3::Zero();   // map coordinates of the scene origin (subtracted from the terrain)
@@ -84,6 +86,7 @@ struct JointSet {
   double spacing_deviation = 0;
   unsigned seed = 1;
   double bond_tension = 0, bond_shear = 0;        // rock bridges [Pa]
+  std::optional<double> friction, cohesion, tension;   // of its faces: tan(phi), [Pa], [Pa]; absent: the interface's
 };
 struct Joint {
   std::string name;
@@ -118,7 +121,20 @@ struct Output {
   bool report = true;
 };
 
-/// One prescribed impact of `talus impact`, if the scene has an [impact] table.
+/// One prescribed impact of `talus impact`, if the scene has an [impact] table: a block of the given shape that flies at
+/// `velocity` and touches the structure at `point` first.
+struct Impact {
+  int structure = 0;            // index into Scene::structures
+  int material = 0;
+  Shape shape;
+  Vec3 point = Vec3::Zero();    // on or near the structure's surface [m]
+  Vec3 velocity = Vec3::Zero(); // [m/s]
+  Vec3 spin = Vec3::Zero();     // [rad/s]
+  Mat3 rotation = Mat3::Identity();
+  double clearance = 0.01;      // gap along the velocity at t = 0 [m]
+  bool deformable = false;
+};
+
 struct Scene {
   int schema = 1;
   std::string title;
@@ -128,11 +144,15 @@ struct Scene {
   std::vector<Plane> planes;
   std::vector<Material> materials;
   ContactLaws laws;
+  std::vector<std::pair<int, int>> law_pairs;   // pairs that can meet; `laws` holds nothing for the others
   std::vector<Block> blocks;
   std::optional<RockMass> rock_mass;
   std::vector<StructureSpec> structures;
   Coupling coupling;
   Output output;
+  std::optional<Impact> impact;
+  std::vector<std::pair<std::string, std::string>> files;  // every file that was named: absolute path, SHA-256
+  std::vector<std::string> notes;                          // what was chosen for the user, one line per fact
   std::vector<Problem> warnings;
   std::string resolved_json;    // every default filled in, absolute paths with hashes
 };
@@ -142,5 +162,7 @@ using Overrides = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads TOML (or scene.resolved.json) and validates everything at once. Throws InputError with all problems.
 Scene read_scene(const std::string& path, const Overrides& overrides = {});
+/// The same from text; `path` names the place that relative paths start from and that messages show.
+Scene read_scene_text(const std::string& text, const std::string& path, const Overrides& overrides = {});
 
 }  // namespace talus::scene

@@ -1,0 +1,102 @@
+#include "scene/key_tables.hpp"
+
+namespace talus::scene {
+
+using namespace dimension;
+
+std::vector<Key> structure_keys() {
+  std::vector<Key> keys{
+      {.path = "structure", .type = Type::tables, .doc = "Deformable structures, as finite elements."},
+      {.path = "structure.name", .type = Type::text, .doc = "Name in histories and reports. Omitted: S and its place, from 1."},
+      {.path = "structure.kind", .type = Type::choice, .doc = "Parametric viaduct, column (base, section, height), box (position, size), or a mesh file.", .required = "always in structure",
+       .choices = {"viaduct", "column", "box", "mesh"}},
+      {.path = "structure.material", .type = Type::text, .doc = "A material with f_cm, or with young and density.", .required = "always in structure"},
+      {.path = "structure.position", .type = Type::vector, .dimension = length, .doc = "Box: centroid. Viaduct: base of the first pier. Mesh: where its volume centroid goes; omitted: the file's coordinates are the world's.",
+       .required = "if kind is \"box\" or \"viaduct\""},
+      {.path = "structure.size", .type = Type::vector, .dimension = length, .doc = "Box: full extents.", .required = "if kind is \"box\"", .min = 0, .above = true},
+      {.path = "structure.base", .type = Type::vector, .dimension = length, .doc = "Column: centre of its base.", .required = "if kind is \"column\""},
+      {.path = "structure.section", .type = Type::section, .dimension = length, .fallback = "\"rectangular\"",
+       .doc = "Column: [x, y] of a rectangle, or \"round\" or \"hollow\" with `diameter` or `section_size`. Viaduct: the same for its piers.",
+       .min = 0, .above = true, .choices = {"rectangular", "round", "hollow"}},
+      {.path = "structure.section_size", .type = Type::plan_vector, .dimension = length, .doc = "Outer extents [x, y] of a named section.", .min = 0, .above = true},
+      {.path = "structure.diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a round section.", .min = 0, .above = true},
+      {.path = "structure.wall_thickness", .type = Type::quantity, .dimension = length, .doc = "Wall of a hollow section.", .required = "if section is \"hollow\"", .min = 0, .above = true},
+      {.path = "structure.height", .type = Type::quantity, .dimension = length, .doc = "Column: from base to top.", .required = "if kind is \"column\"", .min = 0, .above = true},
+      {.path = "structure.file", .type = Type::path, .doc = "Mesh: Gmsh .msh, or Abaqus/CalculiX .inp.", .required = "if kind is \"mesh\""},
+      {.path = "structure.orientation", .type = Type::table, .doc = "As block.orientation."},
+      {.path = "structure.orientation.quaternion", .type = Type::quaternion, .dimension = number, .doc = "[w, x, y, z], Hamilton, body to world."},
+      {.path = "structure.orientation.matrix", .type = Type::vectors, .dimension = number, .doc = "Three rows, body to world; written by the program into scene.resolved.json, where every bit counts."},
+      {.path = "structure.orientation.rotation_vector", .type = Type::vector, .dimension = angle, .doc = "Axis times angle, rad."},
+      {.path = "structure.orientation.dip_direction", .type = Type::quantity, .dimension = angle, .doc = "Body x points down dip; clockwise from north (+y).", .min = -6.2831853071795865, .max = 6.2831853071795865},
+      {.path = "structure.orientation.dip", .type = Type::quantity, .dimension = angle, .doc = "Body z is the upward normal of the plane with this dip.", .min = 0, .max = 1.5707963267948967},
+      {.path = "structure.cell_size", .type = Type::quantity, .dimension = length, .doc = "Edge of the finite elements.", .required = "unless cells is given (a mesh file brings its own)", .min = 0, .above = true},
+      {.path = "structure.cells", .type = Type::counts, .doc = "[nx, ny, nz] elements, for box and column. Not together with cell_size.", .min = 1, .max = 10000},
+      {.path = "structure.support", .type = Type::supports, .fallback = "[\"-z\"]",
+       .doc = "Faces held (\"-x\" to \"+z\"), mesh groups by name, or tables { face = }, { group = }, { point = }, { line = [[..], [..]] }, { region = { min, max } } with `held = \"xyz\"` (the directions). [] leaves it free."},
+      {.path = "structure.support.face", .type = Type::choice, .doc = "Face of the bounding box.", .choices = {"-x", "+x", "-y", "+y", "-z", "+z"}},
+      {.path = "structure.support.group", .type = Type::text, .doc = "Group of the mesh file."},
+      {.path = "structure.support.point", .type = Type::vector, .dimension = length, .doc = "Node at this point."},
+      {.path = "structure.support.line", .type = Type::vectors, .dimension = length, .doc = "Nodes along the axis-parallel line between two points."},
+      {.path = "structure.support.region", .type = Type::table, .doc = "Nodes inside a box."},
+      {.path = "structure.support.region.min", .type = Type::vector, .dimension = length, .doc = "Lower corner.", .required = "always in structure.support.region"},
+      {.path = "structure.support.region.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in structure.support.region"},
+      {.path = "structure.support.held", .type = Type::text, .fallback = "\"xyz\"", .doc = "Directions held: some of x, y, z."},
+      {.path = "structure.preload", .type = Type::choice, .fallback = "\"gravity\"", .doc = "State before t = 0: at rest under its own weight, or unstressed.", .choices = {"gravity", "none"}},
+      {.path = "structure.damage", .type = Type::choice, .fallback = "\"none\"", .doc = "Damage law: d+/d- damage with crack band, or CDPM2.", .choices = {"none", "concrete", "concrete-cdpm2"},
+       .source = "Faria and Oliver 1998; Grassl et al. 2013"},
+      {.path = "structure.rate_effect", .type = Type::boolean, .fallback = "true", .doc = "Strength grows with the strain rate.", .source = "fib Model Code 2010, 5.1.11"},
+      {.path = "structure.erosion", .type = Type::boolean, .fallback = "true", .doc = "Elements that are crushed to nothing are removed; their mass stays."},
+      {.path = "structure.rebar", .type = Type::path_or_tables, .doc = "CSV of bars as polylines, or rules as [[structure.rebar]]."},
+      {.path = "structure.rebar.kind", .type = Type::choice, .doc = "What the rule lays out.", .required = "always in structure.rebar", .choices = {"longitudinal", "stirrups"}},
+      {.path = "structure.rebar.bars", .type = Type::integer, .fallback = "0", .doc = "Number of longitudinal bars.", .required = "if kind is \"longitudinal\"", .min = 0, .max = 100000},
+      {.path = "structure.rebar.diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a bar.", .required = "always in structure.rebar", .min = 0, .max = 0.1, .above = true},
+      {.path = "structure.rebar.cover", .type = Type::quantity, .dimension = length, .doc = "Concrete outside the bar.", .required = "always in structure.rebar", .min = 0},
+      {.path = "structure.rebar.spacing", .type = Type::quantity, .dimension = length, .fallback = "0 m", .doc = "Distance of stirrups.", .required = "if kind is \"stirrups\"", .min = 0},
+      {.path = "structure.rebar.yield", .type = Type::quantity, .dimension = pressure, .fallback = "500 MPa", .doc = "Yield stress.", .min = 0, .above = true},
+      {.path = "structure.rebar.ultimate_strain", .type = Type::quantity, .dimension = number, .fallback = "0.05", .doc = "Strain at fracture.", .min = 0, .max = 1, .above = true},
+      {.path = "structure.damping_ratio", .type = Type::quantity, .dimension = number, .fallback = "0.0", .doc = "Damping of the first mode, relative to critical.", .min = 0, .max = 1, .below = true},
+      {.path = "structure.integrator", .type = Type::choice, .fallback = "\"auto\"", .doc = "Time integration; auto takes the cheapest that is accurate.", .choices = {"auto", "explicit", "implicit", "modal"}},
+      {.path = "structure.critical_step_fraction", .type = Type::quantity, .dimension = number, .fallback = "0.9", .doc = "Explicit step over the stable one.", .min = 0, .max = 1, .above = true},
+      {.path = "structure.initial_velocity", .type = Type::vector, .dimension = velocity, .fallback = "[0.0, 0.0, 0.0]", .doc = "Velocity of the whole structure at t = 0 (free bodies)."},
+      {.path = "structure.probe", .type = Type::tables, .doc = "Points whose displacement is recorded."},
+      {.path = "structure.probe.name", .type = Type::text, .doc = "Name in the histories.", .required = "always in structure.probe"},
+      {.path = "structure.probe.at", .type = Type::vector, .dimension = length, .doc = "The point, in scene coordinates; the nearest material point is followed.", .required = "always in structure.probe"},
+      {.path = "structure.load", .type = Type::tables, .doc = "Prescribed traction on a patch of the surface."},
+      {.path = "structure.load.region", .type = Type::table, .doc = "Box that holds the patch.", .required = "always in structure.load"},
+      {.path = "structure.load.region.min", .type = Type::vector, .dimension = length, .doc = "Lower corner.", .required = "always in structure.load.region"},
+      {.path = "structure.load.region.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in structure.load.region"},
+      {.path = "structure.load.traction", .type = Type::vector, .dimension = pressure, .doc = "Force per area, in scene axes.", .required = "always in structure.load"},
+      {.path = "structure.load.history", .type = Type::pair_list, .dimension = number, .fallback = "[[0.0, 1.0]]",
+       .doc = "[[time, factor], ...] with growing times; straight in between, the last factor holds on.", .first = time},
+  };
+  // The viaduct's own measures become StructureSpec::parameters under the last part of their path.
+  const auto viaduct = [&](const char* name, Dimension dimension, const char* doc, double min = 0, bool above = true) {
+    keys.push_back({.path = std::string("structure.") + name, .type = Type::quantity, .dimension = dimension, .doc = doc, .min = min, .above = above});
+  };
+  viaduct("spans", number, "Viaduct: number of spans.");
+  viaduct("span_length", length, "Viaduct: length of a span.");
+  viaduct("pier_height", length, "Viaduct: from base to cap beam. Omitted: from the terrain up to deck_level.");
+  viaduct("deck_level", length, "Viaduct: height (z) of the deck's upper side, where pier heights follow the terrain.", -1e9);
+  viaduct("pier_spacing", length, "Viaduct: distance of the piers of one bent across the axis.");
+  viaduct("piers_per_bent", number, "Viaduct: piers side by side under one cap beam.");
+  viaduct("pier_width", length, "Viaduct: pier section along the axis.");
+  viaduct("pier_depth", length, "Viaduct: pier section across the axis.");
+  viaduct("pier_diameter", length, "Viaduct: diameter of round piers.");
+  viaduct("cap_height", length, "Viaduct: height of the cap beams.", 0, false);
+  viaduct("cap_width", length, "Viaduct: cap beam along the axis.");
+  viaduct("cap_length", length, "Viaduct: cap beam across the axis.");
+  viaduct("deck_width", length, "Viaduct: deck across the axis.");
+  viaduct("deck_depth", length, "Viaduct: depth of the deck.");
+  viaduct("slab_thickness", length, "Viaduct: slab of a girder or box deck.");
+  viaduct("girders", number, "Viaduct: number of T-girders; 0 is a solid deck.", 0, false);
+  viaduct("girder_width", length, "Viaduct: web width of a girder or box.");
+  viaduct("bearing_height", length, "Viaduct: height of the bearings.");
+  viaduct("bearing_stiffness", stiffness, "Viaduct: stiffness of a bearing along the deck.");
+  viaduct("bearing_friction", number, "Viaduct: friction coefficient of the bearings.", 0, false);
+  viaduct("bearing_seat", length, "Viaduct: length a deck end can slide before it falls.");
+  viaduct("abutments", number, "Viaduct: 1 with abutments at both ends, 0 without.", 0, false);
+  keys.push_back({.path = "structure.parameters", .type = Type::free_table, .doc = "Further measures of the parametric kinds by name, each a number or a quantity with a unit."});
+  return keys;
+}
+
+}  // namespace talus::scene

@@ -1,0 +1,219 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "core/sha256.hpp"
+#include "core/suggest.hpp"
+#include "scene/reading.hpp"
+
+namespace talus::scene {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr std::uintmax_t scene_size_limit = 64u << 20;   // a scene holds parameters, not meshes
+
+Problem whole_file(const std::string& path, std::string rule, std::string remedy) {
+  Problem problem;
+  problem.file = path;
+  problem.rule = std::move(rule);
+  problem.remedy = std::move(remedy);
+  return problem;
+}
+
+void read_simulation(Reading& in, const View& root) {
+  Simulation& s = in.scene.simulation;
+  static const Node empty = [] {
+    Node node;
+    node.kind = Node::Kind::table;
+    node.label = "simulation";
+    return node;
+  }();
+  const View view = root.table("simulation").value_or(View(empty, "simulation", in.problems));
+  s.duration = view.number("duration");
+  s.until_rest = view.text("until") == "rest";
+  s.gravity = view.vector("gravity");
+  s.method = view.text("method") == "dda-1988" ? Simulation::Method::dda1988 : Simulation::Method::talus;
+  s.threads = static_cast<int>(view.integer("threads"));
+  s.sleeping = view.flag("sleeping");
+  s.min_step = view.number("min_step");
+  s.accuracy = view.maybe("accuracy");
+  s.step = view.maybe("step");
+  s.initial_state = in.file(view, "initial_state");
+  if (view.has("accuracy") && view.has("step"))
+    view.problem("step", "a fixed step and accuracy exclude each other", "remove one: accuracy lets the program choose the step, step fixes it");
+  if (s.method == Simulation::Method::dda1988) {
+    view.missing("step", "method \"dda-1988\" works with a fixed step");
+    if (view.has("accuracy") && !view.has("step"))
+      view.problem("accuracy", "method \"dda-1988\" has no error control", "remove accuracy and give a step, e.g. step = \"1e-4 s\"");
+  } else if (!view.has("accuracy") && !view.has("step")) {
+    s.accuracy = view.number("accuracy");
+  }
+  if (s.step && *s.step > s.duration) view.problem("step", "must not be longer than the duration", "shorten the step");
+}
+
+void read_coupling_and_output(Reading& in, const View& root) {
+  Coupling& c = in.scene.coupling;
+  if (const auto view = root.table("coupling")) {
+    const std::string scheme = view->text("scheme");
+    c.scheme = scheme == "one-way" ? Coupling::Scheme::one_way : scheme == "rigid" ? Coupling::Scheme::rigid : Coupling::Scheme::two_way;
+    c.strict = view->text("audit") == "strict";
+    c.exchanges_per_rise = static_cast<int>(view->integer("exchanges_per_rise"));
+    c.fragments = view->flag("fragments");
+    if (!root.has("structure"))
+      view->problem("", "there is no structure to couple", "remove [coupling], or add a [[structure]]");
+  }
+  Output& o = in.scene.output;
+  if (const auto view = root.table("output")) {
+    o.interval = view->number("interval");
+    o.history_interval = view->number("history_interval");
+    o.checkpoint_steps = static_cast<int>(view->integer("checkpoint_steps"));
+    o.report = view->flag("report");
+  }
+}
+
+void read_resolved_header(Reading& in, const View& root) {
+  const auto view = root.table("resolved");
+  if (!view) return;
+  if (view->has("scene")) in.scene.file = view->text("scene");
+  for (const View& file : view->tables("file")) in.expected_hash[file.text("path")] = file.text("sha256");
+  in.scene.notes = view->texts("note");
+}
+
+}  // namespace
+
+int Reading::material(const View& view, const std::string& key, bool surface) {
+  if (!view.get(key)) {
+    names_good = false;
+    return 0;
+  }
+  const std::string name = view.text(key);
+  if (const auto found = material_index.find(name); found != material_index.end()) return found->second;
+  if (surface && interface_name.count(name) > 0) {
+    const int index = static_cast<int>(scene.materials.size());
+    Material material;
+    material.name = name;
+    material.declared = false;
+    scene.materials.push_back(material);
+    material_index[name] = index;
+    return index;
+  }
+  std::vector<std::string> known;
+  for (const Material& m : scene.materials) known.push_back(m.name);
+  const std::string near = nearest_name(name, known);
+  names_good = false;
+  view.problem(key, "there is no such material", near.empty() ? fmt::format("add a [[material]] with name = \"{}\"", name) : fmt::format("did you mean \"{}\"?", near));
+  return 0;
+}
+
+std::string Reading::file(const View& view, const std::string& key) {
+  const Node* node = view.get(key);
+  if (!node || node->kind != Node::Kind::text) return {};
+  const fs::path path = (fs::path(directory) / node->text).lexically_normal();
+  std::error_code error;
+  const auto status = fs::status(path, error);
+  if (!fs::exists(status)) {
+    view.problem(key, fmt::format("there is no file {}", path.string()), "paths are relative to the scene file; correct the name or put the file there");
+    return {};
+  }
+  if (!fs::is_regular_file(status)) {
+    view.problem(key, fmt::format("{} is not a file", path.string()), "name a file");
+    return {};
+  }
+  const auto booked = std::find_if(scene.files.begin(), scene.files.end(), [&](const auto& f) { return f.first == path.string(); });
+  if (booked == scene.files.end()) {
+    const std::string hash = sha256_file(path.string());
+    if (hash.empty()) {
+      view.problem(key, fmt::format("{} cannot be read", path.string()), "check its permissions");
+      return {};
+    }
+    if (const auto expected = expected_hash.find(path.string()); expected != expected_hash.end() && expected->second != hash)
+      view.problem(key, "the file has changed since the scene was resolved (its SHA-256 differs)", "run the original scene, or bring the file back");
+    scene.files.emplace_back(path.string(), hash);
+  }
+  return path.string();
+}
+
+std::string Reading::name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken) {
+  const std::string name = view.has(key) ? view.text(key) : otherwise;
+  if (view.has(key) && !view.get(key)) return otherwise;
+  const bool control = std::any_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
+  if (name.empty() || name.size() > 100 || name == "." || name == ".." || name == "*" || control || name.find_first_of("/\\") != std::string::npos) {
+    view.problem(key, "a name has 1 to 100 bytes, without slash, backslash and control characters, and is not \".\", \"..\" or \"*\"", "choose another name: it becomes the name of files and datasets");
+    return name;
+  }
+  if (!taken.emplace(name, static_cast<int>(taken.size())).second) {
+    if (view.has(key)) view.problem(key, "the name is taken already", "names are unique: choose another one");
+    else view.problem("", fmt::format("the name \"{}\", given by place, is taken already", name), fmt::format("add {} = \"...\"", key));
+  }
+  return name;
+}
+
+Scene read_scene_text(const std::string& text, const std::string& path, const Overrides& overrides) {
+  std::vector<Problem> problems;
+  Scene scene;
+  const auto first = text.find_first_not_of(" \t\r\n");
+  const bool json = first != std::string::npos && text[first] == '{';
+  Node root = json ? parse_json(text, path, problems) : parse_toml(text, path, problems);
+  if (!problems.empty()) throw InputError(problems);
+
+  for (const auto& [key, value] : overrides) {
+    set_value(root, key, value, problems);
+    // An override chooses between the two ways to fix the step, whatever the file chose.
+    if (Node* simulation = root.find("simulation"); simulation && (key == "simulation.step" || key == "simulation.accuracy")) {
+      const std::string other = key == "simulation.step" ? "accuracy" : "step";
+      const bool set_too = std::any_of(overrides.begin(), overrides.end(), [&](const auto& o) { return o.first == "simulation." + other; });
+      if (!set_too) std::erase_if(simulation->entries, [&](const Node::Entry& e) { return e.key == other; });
+    }
+  }
+  if (root.where.file.empty()) root.where = {path, 1, 1};
+  validate(root, problems);
+
+  std::error_code error;
+  const fs::path absolute = fs::absolute(path, error).lexically_normal();
+  scene.file = absolute.string();
+  Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}};
+  const View view(root, "", problems);
+  scene.title = view.text("title");
+  read_resolved_header(in, view);
+  read_simulation(in, view);
+  read_materials(in, view);
+  read_site(in, view);
+  read_blocks(in, view);
+  read_rock_mass(in, view);
+  read_structures(in, view);
+  read_impact(in, view);
+  read_coupling_and_output(in, view);
+  read_interfaces(in, view);
+  if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
+    view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
+
+  std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
+    return std::pair(a.line, a.column) < std::pair(b.line, b.column);
+  });
+  const bool failed = std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
+  if (failed) throw InputError(problems);
+  scene.warnings = std::move(problems);
+  scene.resolved_json = resolved_json(scene);
+  return scene;
+}
+
+Scene read_scene(const std::string& path, const Overrides& overrides) {
+  std::error_code error;
+  const auto status = fs::status(path, error);
+  if (!fs::exists(status)) throw InputError(whole_file(path, "there is no such file", "give the path of a scene file (TOML)"));
+  if (fs::is_directory(status)) throw InputError(whole_file(path, "is a directory", "name the scene file in it, e.g. " + (fs::path(path) / "scene.toml").string()));
+  if (!fs::is_regular_file(status)) throw InputError(whole_file(path, "is not a file", "give the path of a scene file (TOML)"));
+  if (fs::file_size(path, error) > scene_size_limit) throw InputError(whole_file(path, "is larger than 64 MiB", "a scene file holds parameters; meshes stay in files of their own"));
+  std::ifstream stream(path, std::ios::binary);
+  std::ostringstream text;
+  text << stream.rdbuf();
+  if (!stream) throw InputError(whole_file(path, "cannot be read", "check its permissions"));
+  return read_scene_text(text.str(), path, overrides);
+}
+
+}  // namespace talus::scene

@@ -1,0 +1,363 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "core/suggest.hpp"
+#include "core/units.hpp"
+#include "scene/reading.hpp"
+
+namespace talus::scene {
+namespace {
+
+struct Entry {
+  View view;
+  std::string a, b;
+  ContactLaw law;
+  bool stiffness_given = false;
+  int stars() const { return (a == "*") + (b == "*"); }
+};
+
+bool same(const ContactLaw& x, const ContactLaw& y) {
+  return x.friction == y.friction && x.cohesion == y.cohesion && x.tension == y.tension && x.stiffness == y.stiffness &&
+         x.normal_stiffness == y.normal_stiffness && x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
+         x.restitution_tangential == y.restitution_tangential && x.rolling_resistance == y.rolling_resistance &&
+         x.damping_ratio == y.damping_ratio && x.kind == y.kind && x.hertz_radius == y.hertz_radius &&
+         x.crushing_pressure == y.crushing_pressure && x.table == y.table;
+}
+
+void read_stiffness(const View& view, Entry& entry) {
+  ContactLaw& law = entry.law;
+  const Node* normal = view.get("normal_stiffness");
+  const Node* shear = view.get("shear_stiffness");
+  const auto value = [](const Node& node) {
+    std::string error;
+    if (node.is_number()) return Quantity{node.as_number(), dimension::stiffness};
+    return parse_quantity(node.text, error).value_or(Quantity{});
+  };
+  if (normal && normal->text == "hard") {
+    law.stiffness = ContactLaw::Stiffness::hard;
+    entry.stiffness_given = true;
+  } else if (normal) {
+    const Quantity k = value(*normal);
+    law.stiffness = k.dimension == dimension::stiffness ? ContactLaw::Stiffness::per_contact : ContactLaw::Stiffness::per_area;
+    law.normal_stiffness = k.value;
+    law.shear_stiffness = k.value / 2.5;
+    entry.stiffness_given = true;
+  }
+  law.chosen = view.flag("normal_stiffness_chosen") && entry.stiffness_given;
+  if (!shear) return;
+  if (!normal || law.stiffness == ContactLaw::Stiffness::hard) {
+    if (!view.has("normal_stiffness") || normal)
+      view.problem("shear_stiffness", normal ? "hard contact has no shear spring" : "needs a normal_stiffness beside it", normal ? "remove it, or give normal_stiffness a value" : "add normal_stiffness");
+    return;
+  }
+  const Quantity k = value(*shear);
+  const bool per_contact = k.dimension == dimension::stiffness;
+  // A bare number takes the unit of its neighbour.
+  if (!shear->is_number() && per_contact != (law.stiffness == ContactLaw::Stiffness::per_contact)) {
+    view.problem("shear_stiffness", "must be in the unit of normal_stiffness", "give both in N/m, or both in Pa/m");
+    return;
+  }
+  law.shear_stiffness = k.value;
+}
+
+void read_law_form(Reading& in, const View& view, ContactLaw& law) {
+  const auto form = view.table("contact_law");
+  if (!form || !form->get("kind")) return;
+  const std::string kind = form->text("kind");
+  if (kind == "hertz") {
+    law.kind = ContactLaw::Kind::hertz;
+    form->missing("radius", "a Hertz contact needs it");
+    law.hertz_radius = form->number("radius");
+  } else if (kind == "crushing") {
+    law.kind = ContactLaw::Kind::crushing;
+    form->missing("pressure", "a crushing contact needs it");
+    law.crushing_pressure = form->number("pressure");
+  } else if (kind == "table") {
+    law.kind = ContactLaw::Kind::table;
+    if (form->has("file") == form->has("points")) form->problem(form->has("file") ? "points" : "kind", "a table law needs exactly one of file and points", "write { kind = \"table\", file = \"law.csv\" }");
+    if (form->has("points")) law.table = form->pairs("points");
+    else if (const std::string path = in.file(*form, "file"); !path.empty())
+      for (const auto& row : read_numbers(*form, "file", path, 2)) law.table.emplace_back(row[0], row[1]);
+    const std::string key = form->has("points") ? "points" : "file";
+    if (form->get(key) && !law.table.empty()) {
+      bool grows = law.table.size() >= 2;
+      for (std::size_t i = 1; i < law.table.size(); ++i) grows = grows && law.table[i].first > law.table[i - 1].first && law.table[i].second >= law.table[i - 1].second;
+      if (!grows || law.table[0].first != 0 || law.table[0].second != 0)
+        form->problem(key, "the table must start at 0, 0, and indentation and force must grow", "correct the table");
+    }
+  }
+  const auto stray = [&](const char* key, const char* owner) {
+    if (form->has(key) && kind != owner) form->problem(key, fmt::format("has no effect with kind = \"{}\"", kind), "remove it");
+  };
+  stray("radius", "hertz");
+  stray("pressure", "crushing");
+  stray("file", "table");
+  stray("points", "table");
+}
+
+std::vector<Entry> read_entries(Reading& in, const View& root) {
+  std::vector<Entry> entries;
+  for (const View& view : root.tables("interface")) {
+    Entry entry{view, {}, {}, {}};
+    const auto names = view.texts("between");
+    if (view.get("between")) {
+      if (names.size() != 2) {
+        view.problem("between", "must name two materials", "write between = [\"rock\", \"slope\"]; \"*\" stands for any");
+        in.names_good = false;
+        continue;
+      }
+      for (const std::string& name : names) {
+        if (name == "*" || in.material_index.count(name) > 0) continue;
+        std::vector<std::string> known;
+        for (const Material& m : in.scene.materials) known.push_back(m.name);
+        const std::string near = nearest_name(name, known);
+        view.problem("between", fmt::format("there is no material \"{}\"", name), near.empty() ? "add it as [[material]], or use it in [site] or a [[plane]]" : fmt::format("did you mean \"{}\"?", near));
+        in.names_good = false;
+      }
+      entry.a = names[0];
+      entry.b = names[1];
+    } else {
+      in.names_good = false;
+      continue;
+    }
+    ContactLaw& law = entry.law;
+    if (const Node* friction = view.get("friction")) {
+      law.friction = friction_coefficient(*friction);
+      if (friction->is_number() && law.friction >= 15 && law.friction < 90)
+        view.problem("friction", "a bare number is the coefficient, and this one is unusually large", fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
+    }
+    law.cohesion = view.number("cohesion");
+    law.tension = view.number("tension");
+    law.restitution = view.maybe("restitution");
+    law.restitution_tangential = view.maybe("restitution_tangential");
+    law.rolling_resistance = view.number("rolling_resistance");
+    law.damping_ratio = view.number("damping_ratio");
+    read_stiffness(view, entry);
+    read_law_form(in, view, law);
+    if (in.scene.simulation.method == Simulation::Method::dda1988 && entry.stiffness_given && law.stiffness == ContactLaw::Stiffness::hard)
+      view.problem("normal_stiffness", "method \"dda-1988\" has no hard contact", "give a penalty stiffness, e.g. \"30 GN/m\", or leave it out");
+    for (const Entry& other : entries)
+      if ((other.a == entry.a && other.b == entry.b) || (other.a == entry.b && other.b == entry.a))
+        view.problem("between", "there is an entry for this pair already" + std::string(same(other.law, entry.law) ? "" : ", and it says something else"), "keep one of the two");
+    entries.push_back(std::move(entry));
+  }
+  return entries;
+}
+
+/// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a contradiction.
+const Entry* match(const std::vector<Entry>& entries, const std::string& a, const std::string& b, bool& contradiction) {
+  contradiction = false;
+  const Entry* best = nullptr;
+  for (const Entry& entry : entries) {
+    const auto fits = [&](const std::string& x, const std::string& y) { return (entry.a == x || entry.a == "*") && (entry.b == y || entry.b == "*"); };
+    if (!fits(a, b) && !fits(b, a)) continue;
+    if (!best || entry.stars() < best->stars()) {
+      best = &entry;
+      contradiction = false;
+    } else if (entry.stars() == best->stars() && !same(entry.law, best->law)) {
+      contradiction = true;
+    }
+  }
+  return best;
+}
+
+struct Needs {
+  std::set<std::pair<int, int>> pairs;       // lower index first
+  std::set<std::pair<int, int>> fragments;   // only pieces of a structure can make these
+};
+
+Needs needed_pairs(const Scene& scene) {
+  struct Body { int material; bool moves; bool structure; };
+  std::vector<Body> bodies;
+  for (const Block& b : scene.blocks) bodies.push_back({b.material, !b.fixed, false});
+  if (scene.rock_mass) bodies.insert(bodies.end(), 2, {scene.rock_mass->material, true, false});
+  if (scene.site) {
+    bodies.push_back({scene.site->material, false, false});
+    for (const auto& area : scene.site->material_areas) bodies.push_back({area.material, false, false});
+  }
+  for (const Plane& plane : scene.planes) bodies.push_back({plane.material, false, false});
+  for (const StructureSpec& s : scene.structures) bodies.push_back({s.material, false, true});
+  Needs needs;
+  const auto pair = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
+  // Many blocks share few materials: one look per material, and the count tells whether a material can meet itself.
+  std::map<std::pair<int, bool>, int> count;
+  for (const Body& b : bodies) ++count[{b.material, b.moves}];
+  for (const auto& [first, n] : count)
+    for (const auto& [second, m] : count) {
+      if (!first.second && !second.second) continue;
+      if (first == second && n < 2) continue;
+      needs.pairs.insert(pair(first.first, second.first));
+    }
+  if (scene.impact && !scene.structures.empty())
+    needs.pairs.insert(pair(scene.impact->material, scene.structures[static_cast<std::size_t>(scene.impact->structure)].material));
+  if (scene.coupling.fragments && scene.coupling.scheme == Coupling::Scheme::two_way)
+    for (const StructureSpec& s : scene.structures)
+      if (s.damage != "none")
+        for (const Body& b : bodies)
+          if (needs.pairs.count(pair(s.material, b.material)) == 0) needs.fragments.insert(pair(s.material, b.material));
+  return needs;
+}
+
+double young_of(const Material& m) {
+  if (m.young > 0) return m.young;
+  return m.f_cm > 0 ? 21.5e9 * std::cbrt(m.f_cm / 10e6) : 0;   // fib Model Code 2010, eq. 5.1-20, quartzite aggregate
+}
+
+/// Size of the smallest block of either material, 0 if none is known.
+double least_block(const Scene& scene, int a, int b) {
+  double least = 0;
+  const auto offer = [&](int material, double size) {
+    if ((material == a || material == b) && size > 0 && (least == 0 || size < least)) least = size;
+  };
+  for (const Block& block : scene.blocks) offer(block.material, shape_size(block.shape, scene.materials[static_cast<std::size_t>(block.material)].density));
+  if (scene.rock_mass) {
+    for (const JointSet& set : scene.rock_mass->joint_sets) offer(scene.rock_mass->material, set.spacing);
+    if (scene.rock_mass->box && scene.rock_mass->joint_sets.empty()) offer(scene.rock_mass->material, std::cbrt(scene.rock_mass->box->sizes().prod()));
+  }
+  if (scene.impact) offer(scene.impact->material, shape_size(scene.impact->shape, scene.materials[static_cast<std::size_t>(scene.impact->material)].density));
+  return least;
+}
+
+void choose_stiffness(Scene& scene, int a, int b, ContactLaw& law) {
+  const Material& first = scene.materials[static_cast<std::size_t>(a)];
+  const Material& second = scene.materials[static_cast<std::size_t>(b)];
+  law.chosen = true;
+  const double ea = young_of(first), eb = young_of(second);
+  const double soft = ea > 0 && eb > 0 ? std::min(ea, eb) : std::max(ea, eb);
+  const bool penalty = scene.simulation.method == Simulation::Method::dda1988;
+  if (!(soft > 0)) {
+    law.stiffness = ContactLaw::Stiffness::hard;
+    scene.notes.push_back(fmt::format("contact {}/{}: hard, since neither material has a Young's modulus", first.name, second.name));
+    return;
+  }
+  const double known = least_block(scene, a, b);
+  const double size = known > 0 ? known : 1;
+  const std::string whence = known > 0 ? fmt::format("the smallest block ({:.3g} m)", size) : "1 m (no block size is known before its mesh is read)";
+  if (penalty) {
+    law.stiffness = ContactLaw::Stiffness::per_contact;
+    law.normal_stiffness = soft * size;
+    scene.notes.push_back(fmt::format("contact {}/{}: {:.4g} N/m per contact point, chosen as the softer modulus ({:.3g} GPa) times {}", first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
+  } else {
+    law.stiffness = ContactLaw::Stiffness::per_area;
+    law.normal_stiffness = soft / size;
+    scene.notes.push_back(fmt::format("contact {}/{}: {:.4g} Pa/m, chosen as the softer modulus ({:.3g} GPa) over {}", first.name, second.name, law.normal_stiffness, soft / 1e9, whence));
+  }
+  law.shear_stiffness = law.normal_stiffness / 2.5;
+}
+
+}  // namespace
+
+double friction_coefficient(const Node& node) {
+  if (node.is_number()) return node.as_number();
+  std::string error;
+  const auto given = parse_quantity(node.text, error).value_or(Quantity{});
+  return given.dimension == dimension::angle ? std::tan(given.value) : given.value;
+}
+
+std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
+                                              std::vector<std::string>* header) {
+  std::ifstream file(path);
+  std::vector<std::vector<double>> rows;
+  std::string line;
+  for (int number = 1; std::getline(file, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    if (line.find_first_not_of(" \t,;") == std::string::npos || line[0] == '#') continue;
+    std::replace(line.begin(), line.end(), ';', ',');
+    std::vector<std::string> cells;
+    std::istringstream split(line);
+    for (std::string cell; std::getline(split, cell, ',');) {
+      cell.erase(0, cell.find_first_not_of(" \t\""));
+      cell.erase(cell.find_last_not_of(" \t\"") + 1);
+      cells.push_back(cell);
+    }
+    std::vector<double> row;
+    for (const std::string& cell : cells) {
+      std::string error;
+      const auto value = parse_quantity(cell, error);
+      if (!value || !value->dimension.none()) break;
+      row.push_back(value->value);
+    }
+    if (row.size() < cells.size() && rows.empty() && row.empty()) {   // header
+      if (header && header->empty()) *header = cells;
+      continue;
+    }
+    if (row.size() < cells.size() || row.size() < columns) {
+      view.problem(key, fmt::format("line {} of the file is not {} numbers", number, columns == 0 ? "only" : fmt::format("{}", columns)), "correct the line: numbers in SI, separated by commas");
+      return {};
+    }
+    rows.push_back(std::move(row));
+  }
+  if (rows.empty()) view.problem(key, "the file holds no rows of numbers", "give numbers in SI, separated by commas");
+  return rows;
+}
+
+void read_interfaces(Reading& in, const View& root) {
+  Scene& scene = in.scene;
+  const std::vector<Entry> entries = read_entries(in, root);
+  const auto n = scene.materials.size();
+  scene.laws.materials = static_cast<int>(n);
+  scene.laws.law.assign(n * n, ContactLaw{});
+  const Needs needs = needed_pairs(scene);
+  std::set<std::pair<int, int>> set;
+  const auto put = [&](int a, int b, const ContactLaw& law) {
+    scene.laws.law[static_cast<std::size_t>(a) * n + static_cast<std::size_t>(b)] = law;
+    scene.laws.law[static_cast<std::size_t>(b) * n + static_cast<std::size_t>(a)] = law;
+  };
+  // A name that is misspelt elsewhere would only make pairs look missing.
+  const bool clean = in.names_good;
+  for (int a = 0; a < static_cast<int>(n); ++a)
+    for (int b = a; b < static_cast<int>(n); ++b) {
+      const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
+      const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
+      const bool needed = needs.pairs.count({a, b}) > 0;
+      if (!clean || (!needed && needs.fragments.count({a, b}) == 0)) continue;
+      bool contradiction = false;
+      const Entry* entry = match(entries, first, second, contradiction);
+      if (!entry) {
+        if (needed)
+          root.problem("", fmt::format("\"{}\" and \"{}\" can meet, and no [[interface]] covers them", first, second),
+                       fmt::format("add [[interface]] with between = [\"{}\", \"{}\"], or \"*\" for any", first, second));
+        continue;
+      }
+      if (contradiction) {
+        entry->view.problem("between", fmt::format("two entries with \"*\" cover \"{}\" and \"{}\" and differ", first, second),
+                            fmt::format("add an entry with between = [\"{}\", \"{}\"]", first, second));
+        continue;
+      }
+      ContactLaw law = entry->law;
+      if (!entry->stiffness_given) choose_stiffness(scene, a, b, law);
+      put(a, b, law);
+      set.insert({a, b});
+    }
+  std::vector<std::pair<int, int>> lent_pairs;
+  for (const auto& [a, b] : needs.fragments) {
+    if (set.count({a, b}) > 0 || !clean) continue;
+    // A piece of the structure meets what the scene has no entry for: the blocks' law with the same partner is taken.
+    const int mover = scene.blocks.empty() ? scene.rock_mass ? scene.rock_mass->material : scene.impact ? scene.impact->material : -1 : scene.blocks[0].material;
+    bool structure_a = false;
+    for (const StructureSpec& s : scene.structures) structure_a = structure_a || s.material == a;
+    const int partner = structure_a ? b : a;
+    const auto lent = std::pair(std::min(mover, partner), std::max(mover, partner));
+    const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
+    const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
+    const std::string remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", first, second);
+    if (mover < 0 || set.count(lent) == 0) {
+      root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them", first, second), remedy);
+      continue;
+    }
+    root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: the law of \"{}\" and \"{}\" is taken", first, second,
+                                          scene.materials[static_cast<std::size_t>(lent.first)].name, scene.materials[static_cast<std::size_t>(lent.second)].name),
+                 remedy, Problem::Severity::warning);
+    put(a, b, scene.laws(lent.first, lent.second));
+    lent_pairs.emplace_back(a, b);
+  }
+  scene.law_pairs.assign(set.begin(), set.end());
+  scene.law_pairs.insert(scene.law_pairs.end(), lent_pairs.begin(), lent_pairs.end());
+}
+
+}  // namespace talus::scene

@@ -1,0 +1,314 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/suggest.hpp"
+#include "core/units.hpp"
+#include "scene/reading.hpp"
+
+namespace talus::scene {
+namespace {
+
+const std::vector<std::string> faces{"-x", "+x", "-y", "+y", "-z", "+z"};
+
+Box3 read_region(const View& view) {
+  const Vec3 low = view.vector("min"), high = view.vector("max");
+  if (view.get("min") && view.get("max") && !(low.array() <= high.array()).all()) view.problem("max", "must not be below min", "swap the corners");
+  return Box3(low, high);
+}
+
+void read_supports(const View& view, StructureSpec& spec) {
+  const Node* node = view.get("support");
+  if (view.has("support") && !node) return;
+  if (!node) {
+    spec.supports.push_back({.face = "-z", .group = "", .region = {}, .held = {true, true, true}});
+    return;
+  }
+  // A point or a line is a box about the nodes it means; cells are far larger than this.
+  const double tolerance = 1e-3 * (spec.cell_size > 0 ? spec.cell_size : spec.cells[0] > 0 ? spec.size.minCoeff() / *std::max_element(spec.cells.begin(), spec.cells.end()) : 1e-3);
+  for (const Node& item : node->items) {
+    StructureSpec::Support support;
+    if (item.kind == Node::Kind::text) {
+      if (std::find(faces.begin(), faces.end(), item.text) != faces.end()) support.face = item.text;
+      else if (spec.kind == "mesh") support.group = item.text;
+      else {
+        view.problem("support", fmt::format("\"{}\" is no face", item.text), "faces are -x, +x, -y, +y, -z, +z; only kind = \"mesh\" has groups");
+        continue;
+      }
+      spec.supports.push_back(support);
+      continue;
+    }
+    if (item.kind != Node::Kind::table) continue;
+    const View at = view.below(item, "structure.support");
+    const int forms = at.has("face") + at.has("group") + at.has("point") + at.has("line") + at.has("region");
+    if (forms != 1) {
+      at.problem("", "a support is exactly one of face, group, point, line, region", "keep one of them");
+      continue;
+    }
+    support.face = at.text("face");
+    support.group = at.text("group");
+    if (at.has("group") && spec.kind != "mesh") at.problem("group", "only kind = \"mesh\" has groups", "name a face, a point, a line or a region");
+    if (const auto point = at.maybe_vector("point")) support.region = Box3(*point - Vec3::Constant(tolerance), *point + Vec3::Constant(tolerance));
+    if (at.get("line")) {
+      const auto ends = at.vectors("line");
+      if (ends.size() != 2 || ((ends[0] - ends[1]).array().abs() > tolerance).count() != 1)
+        at.problem("line", "must be two points that differ in one coordinate", "write [[x, y, z], [x, y, z]], along an axis");
+      else
+        support.region = Box3(ends[0].cwiseMin(ends[1]) - Vec3::Constant(tolerance), ends[0].cwiseMax(ends[1]) + Vec3::Constant(tolerance));
+    }
+    if (const auto region = at.table("region")) support.region = read_region(*region);
+    const std::string held = at.text("held");
+    if (at.get("held") || !at.has("held")) {
+      if (held.empty() || held.find_first_not_of("xyz") != std::string::npos) at.problem("held", "must be some of the letters x, y, z", "write held = \"xyz\", or \"z\" for a roller");
+      support.held = {held.find('x') != std::string::npos, held.find('y') != std::string::npos, held.find('z') != std::string::npos};
+    }
+    spec.supports.push_back(support);
+  }
+}
+
+void read_section(const View& view, StructureSpec& spec) {
+  Vec3 outer = Vec3::Zero();
+  if (const Node* node = view.get("section"); node && node->kind == Node::Kind::array) {
+    spec.section = "rectangular";
+    outer = vector_of(*node, dimension::length);
+    if (view.has("section_size")) view.problem("section_size", "the section has its size already", "remove it, or name the section");
+  } else {
+    spec.section = view.text("section");
+    if (const auto size = view.maybe_vector("section_size")) outer = *size;
+  }
+  spec.wall_thickness = view.number("wall_thickness");
+  const double diameter = view.number("diameter");
+  if (spec.section == "round" && diameter > 0) outer = Vec3(diameter, diameter, 0);
+  else if (view.has("diameter") && spec.section != "round") view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
+  if (spec.section == "hollow") view.missing("wall_thickness", "a hollow section needs it");
+  else if (view.has("wall_thickness")) view.problem("wall_thickness", "only a hollow section has a wall", "write section = \"hollow\"");
+  if (spec.section == "hollow" && outer.x() > 0 && 2 * spec.wall_thickness >= std::min(outer.x(), outer.y()))
+    view.problem("wall_thickness", "twice the wall must be less than the section", "make it thinner, or the section rectangular");
+  if (spec.kind != "column") {
+    if (outer.x() > 0 && spec.kind == "viaduct") {
+      spec.parameters.emplace_back("pier_width", outer.x());
+      spec.parameters.emplace_back("pier_depth", outer.y());
+      if (spec.section == "round") spec.parameters.emplace_back("pier_diameter", outer.x());
+    }
+    return;
+  }
+  if (!(outer.x() > 0) && (!view.has("section") || view.get("section")) && !view.has("section_size") && !view.has("diameter"))
+    view.problem("section", spec.section == "round" ? "a round section needs its diameter" : "the section needs its size",
+                 spec.section == "round" ? "add diameter" : spec.section == "hollow" ? "add section_size = [x, y]" : "write section = [x, y]");
+  view.missing("height", "a column needs it");
+  view.missing("base", "a column needs it");
+  spec.position = view.vector("base");
+  spec.size = Vec3(outer.x(), outer.y(), view.number("height"));
+}
+
+void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
+  spec.rebar_file = in.file(view, "rebar");
+  for (const View& rule : view.tables("rebar")) {
+    StructureSpec::RebarRule bar;
+    bar.kind = rule.text("kind");
+    bar.bars = static_cast<int>(rule.integer("bars"));
+    bar.diameter = rule.number("diameter");
+    bar.cover = rule.number("cover");
+    bar.spacing = rule.number("spacing");
+    bar.yield = rule.number("yield");
+    bar.ultimate_strain = rule.number("ultimate_strain");
+    if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars"))) rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
+    if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing"))) rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");
+    spec.rebar_rules.push_back(bar);
+  }
+  if (view.get("rebar") && !(spec.f_cm > 0)) view.problem("rebar", "bars are embedded in concrete, and the material has no f_cm", "give the material f_cm, or remove the bars");
+}
+
+void read_material(Reading& in, const View& view, StructureSpec& spec) {
+  spec.material = in.material(view, "material");
+  if (!view.get("material") || in.scene.materials.empty()) return;
+  const Material& m = in.scene.materials[static_cast<std::size_t>(spec.material)];
+  spec.density = m.density;
+  spec.young = m.young;
+  spec.poisson = m.poisson;
+  spec.f_cm = m.f_cm;
+  spec.tensile_strength = m.tensile_strength;
+  spec.fracture_energy = m.fracture_energy;
+  if (!(m.f_cm > 0) && !(m.young > 0)) view.problem("material", fmt::format("the material \"{}\" has neither f_cm nor young", m.name), "add f_cm for concrete, or young, poisson and density for an elastic structure");
+  if (!(m.density > 0)) view.problem("material", fmt::format("the material \"{}\" has no density", m.name), "add density to the [[material]]");
+  if (spec.damage != "none" && !(m.f_cm > 0)) view.problem("damage", fmt::format("needs a concrete, and \"{}\" has no f_cm", m.name), "add f_cm to the material, e.g. f_cm = \"38 MPa\", or write damage = \"none\"");
+}
+
+void read_viaduct(const View& view, StructureSpec& spec) {
+  static const std::vector<std::string> names{"spans", "span_length", "pier_height", "deck_level", "pier_spacing", "piers_per_bent", "pier_width", "pier_depth", "pier_diameter",
+                                              "cap_height", "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "girders", "girder_width",
+                                              "bearing_height", "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments"};
+  for (const std::string& name : names) {
+    const auto value = view.maybe(name);
+    if (!view.has(name)) continue;
+    if (spec.kind != "viaduct") view.problem(name, "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
+    else if (value) spec.parameters.emplace_back(name, *value);
+  }
+  if (const auto free = view.table("parameters"))
+    for (const Node::Entry& entry : free->node().entries) {
+      if (entry.value.bad) continue;
+      std::string error;
+      const double value = entry.value.is_number() ? entry.value.as_number() : parse_quantity(entry.value.text, error).value_or(Quantity{}).value;
+      spec.parameters.emplace_back(entry.key, value);
+    }
+  std::sort(spec.parameters.begin(), spec.parameters.end());
+  for (std::size_t i = 1; i < spec.parameters.size(); ++i)
+    if (spec.parameters[i].first == spec.parameters[i - 1].first)
+      view.problem("parameters", fmt::format("\"{}\" is given twice", spec.parameters[i].first), "keep one of them");
+}
+
+}  // namespace
+
+void read_structures(Reading& in, const View& root) {
+  std::map<std::string, int> taken;
+  int place = 0;
+  for (const View& view : root.tables("structure")) {
+    StructureSpec spec;
+    spec.name = in.name(view, "name", fmt::format("S{}", ++place), taken);
+    spec.kind = view.text("kind");
+    spec.damage = view.text("damage");
+    read_material(in, view, spec);
+    spec.position = view.vector("position");
+    spec.positioned = spec.kind != "mesh" || view.has("position");
+    if (!spec.positioned && view.has("orientation") && view.get("kind")) view.problem("orientation", "a mesh without position lies where its file says", "add a position, or remove the orientation");
+    spec.rotation = read_orientation(view);
+    const auto only = [&](const char* key, const char* kind) {
+      if (view.has(key) && view.get("kind") && spec.kind != kind) view.problem(key, fmt::format("has no effect with kind = \"{}\"", spec.kind), fmt::format("remove it, or write kind = \"{}\"", kind));
+    };
+    spec.size = Vec3::Ones();
+    spec.cell_size = view.number("cell_size");
+    if (const Node* cells = view.get("cells"))
+      for (std::size_t i = 0; i < 3; ++i) spec.cells[i] = static_cast<int>(cells->items[i].integer);
+    if (view.get("kind")) {
+      only("base", "column");
+      only("height", "column");
+      only("size", "box");
+      only("file", "mesh");
+      if (spec.kind == "column" && view.has("position")) view.problem("position", "a column stands on its base", "give base, the centre of its foot");
+      if (spec.kind == "box") {
+        view.missing("size", "a box needs it");
+        view.missing("position", "a box needs it");
+        spec.size = view.vector("size");
+      }
+      if (spec.kind == "viaduct") {
+        view.missing("position", "a viaduct needs it");
+        if (view.has("cells")) view.problem("cells", "a viaduct has parts of many sizes", "give cell_size");
+      }
+      if (spec.kind == "column" || spec.kind == "viaduct") read_section(view, spec);
+      if (spec.kind == "mesh") {
+        view.missing("file", "kind = \"mesh\" needs it");
+        if (view.has("cells")) view.problem("cells", "a mesh file brings its own cells", "remove it");
+      } else {
+        if (view.has("cell_size") && view.has("cells")) view.problem("cells", "cell_size and cells say the same thing", "give one of them");
+        if (!view.has("cells")) view.missing("cell_size", spec.kind == "viaduct" ? "" : "or cells = [nx, ny, nz]");
+      }
+    }
+    spec.file = in.file(view, "file");
+    read_viaduct(view, spec);
+    read_supports(view, spec);
+    spec.gravity_preload = view.text("preload") == "gravity";
+    spec.rate_effect = view.flag("rate_effect");
+    spec.erosion = view.flag("erosion");
+    read_rebar(in, view, spec);
+    spec.damping_ratio = view.number("damping_ratio");
+    spec.integrator = view.text("integrator");
+    spec.critical_step_fraction = view.number("critical_step_fraction");
+    spec.initial_velocity = view.vector("initial_velocity");
+    if (spec.supports.empty() && spec.gravity_preload && in.scene.simulation.gravity.norm() > 0 && view.has("support") && view.get("support"))
+      view.problem("preload", "a structure without support has no state at rest under gravity", "write preload = \"none\", or add a support");
+    std::map<std::string, int> probes;
+    for (const View& at : view.tables("probe")) spec.probes.push_back({in.name(at, "name", "", probes), at.vector("at")});
+    for (const View& at : view.tables("load")) {
+      StructureSpec::Load load;
+      if (const auto region = at.table("region")) load.region = read_region(*region);
+      load.traction = at.vector("traction");
+      load.history = at.pairs("history");
+      for (std::size_t i = 1; i < load.history.size(); ++i)
+        if (!(load.history[i].first > load.history[i - 1].first)) {
+          at.problem("history", "the times must grow", "sort the pairs by time; a jump is two times close together");
+          break;
+        }
+      spec.loads.push_back(std::move(load));
+    }
+    in.scene.structures.push_back(std::move(spec));
+  }
+}
+
+void read_impact(Reading& in, const View& root) {
+  const auto view = root.table("impact");
+  if (!view) return;
+  Impact impact;
+  std::vector<std::string> names;
+  for (const StructureSpec& s : in.scene.structures) names.push_back(s.name);
+  if (names.empty()) view->problem("", "there is no structure to strike", "add a [[structure]]");
+  if (names.size() > 1) view->missing("structure", "the scene has more than one");
+  if (view->get("structure")) {
+    const std::string name = view->text("structure");
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (found != names.end()) impact.structure = static_cast<int>(found - names.begin());
+    else {
+      const std::string near = nearest_name(name, names);
+      view->problem("structure", "there is no such structure", near.empty() ? "name one of the scene's structures" : fmt::format("did you mean \"{}\"?", near));
+    }
+  }
+  impact.material = in.material(*view, "material");
+  impact.shape = read_shape(in, *view, impact.material);
+  impact.rotation = read_orientation(*view);
+  impact.spin = view->vector("spin");
+  impact.point = view->vector("point");
+  impact.clearance = view->number("clearance");
+  const bool soft = !in.scene.materials.empty() && in.scene.materials[static_cast<std::size_t>(impact.material)].young > 0;
+  impact.deformable = view->maybe_flag("deformable").value_or(soft);
+  if (impact.deformable && !soft) view->problem("deformable", "a deformable block needs a material with young", "add young to the material, or remove deformable");
+  if (view->get("material") && !in.scene.materials.empty() && !(in.scene.materials[static_cast<std::size_t>(impact.material)].density > 0))
+    view->problem("material", "the material has no density, and a block is made of it", "add density to the [[material]]");
+
+  if (view->has("trajectories")) {
+    for (const char* key : {"velocity", "point", "angle", "direction"})
+      if (view->has(key)) view->problem(key, "the trajectories file gives it", "remove it, or the file");
+    const std::string path = in.file(*view, "trajectories");
+    if (path.empty()) return;
+    std::vector<std::string> header;
+    const auto rows = read_numbers(*view, "trajectories", path, 0, &header);
+    const auto row = static_cast<std::size_t>(view->integer("row"));
+    if (rows.empty()) return;
+    if (row > rows.size()) {
+      view->problem("row", fmt::format("the file has {} rows", rows.size()), "choose one of them");
+      return;
+    }
+    const auto column = [&](const std::string& name) -> std::optional<double> {
+      for (std::size_t i = 0; i < header.size() && i < rows[row - 1].size(); ++i)
+        if (header[i] == name) return rows[row - 1][i];
+      return {};
+    };
+    std::string lacking;
+    for (const char* name : {"x", "y", "z", "vx", "vy", "vz"})
+      if (!column(name)) lacking += (lacking.empty() ? "" : ", ") + std::string(name);
+    if (!lacking.empty()) {
+      view->problem("trajectories", fmt::format("the header of the file lacks {}", lacking), "name the columns x, y, z, vx, vy, vz in the first row");
+      return;
+    }
+    impact.point = Vec3(*column("x"), *column("y"), *column("z"));
+    impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
+    if (column("mass") && !view->has("volume")) impact.shape.mass = *column("mass");
+    else if (column("volume") && !view->has("mass")) impact.shape.volume = *column("volume");
+    if (impact.shape.mass < 0 || impact.shape.volume < 0 || (column("mass") && !(impact.shape.mass > 0)))
+      view->problem("trajectories", "the mass in this row must be > 0", "correct the file");
+  } else {
+    view->missing("velocity", "or trajectories");
+    view->missing("point", "or trajectories");
+    if (const Node* velocity = view->get("velocity"); velocity && velocity->kind == Node::Kind::array) {
+      impact.velocity = vector_of(*velocity, dimension::velocity);
+      for (const char* key : {"angle", "direction"})
+        if (view->has(key)) view->problem(key, "the velocity is a vector already", "give a speed, or remove it");
+    } else if (velocity) {
+      const double speed = view->maybe("velocity").value_or(0), down = view->number("angle"), azimuth = view->number("direction");
+      impact.velocity = speed * Vec3(std::cos(down) * std::sin(azimuth), std::cos(down) * std::cos(azimuth), -std::sin(down));
+    }
+  }
+  if (view->get("velocity") && !(impact.velocity.norm() > 0)) view->problem("velocity", "must not be zero", "give the velocity the block arrives with");
+  in.scene.impact = std::move(impact);
+}
+
+}  // namespace talus::scene

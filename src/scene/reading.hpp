@@ -1,0 +1,56 @@
+/// What the parts of read_scene share: the scene being filled, the problems found, names, files.
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "scene/scene.hpp"
+#include "scene/view.hpp"
+
+namespace talus::scene {
+
+struct Reading {
+  Scene& scene;
+  std::vector<Problem>& problems;
+  std::string directory;                                // that relative paths start from
+  std::map<std::string, std::string> expected_hash;     // from scene.resolved.json
+  std::map<std::string, int> material_index;
+  bool names_good = true;                               // every material that is named is known
+  std::map<std::string, int> interface_name;            // names in interface.between that no [[material]] declares
+
+  /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one that only an
+  /// interface knows, since nothing but the contact law of it is used.
+  int material(const View& view, const std::string& key, bool surface = false);
+  /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its hash.
+  std::string file(const View& view, const std::string& key);
+  /// Reports a name that is empty, too long, holds what no file or dataset name may hold, or was taken before.
+  std::string name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken);
+};
+
+void read_materials(Reading& in, const View& root);
+void read_site(Reading& in, const View& root);
+void read_blocks(Reading& in, const View& root);
+void read_rock_mass(Reading& in, const View& root);
+void read_structures(Reading& in, const View& root);
+void read_impact(Reading& in, const View& root);
+/// Last, when everything that can touch is known.
+void read_interfaces(Reading& in, const View& root);
+
+Shape read_shape(Reading& in, const View& view, int material);
+/// Rotation body to world; identity if the key is absent.
+Mat3 read_orientation(const View& view);
+/// Dip direction and dip of a joint, from either form.
+bool read_joint_orientation(const View& view, double& dip_direction, double& dip);
+/// Edge of a cube of the shape's volume, as far as it is known without its mesh; 0 if not.
+double shape_size(const Shape& shape, double density);
+/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`.
+std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
+                                              std::vector<std::string>* header = nullptr);
+
+/// tan(phi) of a coefficient or an angle.
+double friction_coefficient(const Node& node);
+
+/// The scene as scene.resolved.json.
+std::string resolved_json(const Scene& scene);
+
+}  // namespace talus::scene
