@@ -2,9 +2,9 @@
 ///
 ///   minimise over v:   1/2 (v - v_hat)^T A (v - v_hat) + sum_i  psi_i(J_i v + b_i)                  (C)
 ///   optimality:        A (v - v_hat) = sum_i J_i^T p_i,
-///   per contact i:     u_i = J_i v + b_i (+ De Saxce shift mu |u_t| on the normal),
-///                      K* contains u_i + R_i p_i,  K contains p_i + q_i,  (u_i + R_i p_i) . (p_i + q_i) = 0
-///   with K the Coulomb cone { |p_t| <= mu p_n } and q_i = (tension impulse, 0, 0) shifting the apex.
+///   per contact i:     u_i = J_i v + b_i + R_i p_i (+ De Saxce shift mu |u_t| on the normal),
+///                      p_i in C_i,   -u_i in the normal cone of C_i at p_i
+///   C_i = { p_n >= -T_i, |p_t| <= mu_i p_n + c_i }: the Coulomb cone, its apex moved by cohesion, cut off in tension.
 ///
 /// symbol   meaning                                                              unit          shape
 /// v        generalised velocities at the end of the step                        m/s, rad/s    sum of ndof
@@ -13,10 +13,10 @@
 /// J_i      contact-frame relative velocity, row 0 normal (opening > 0), rows 1-2 tangential    3 x ndof per touched body
 /// b_i      bias: restitution, gap / h, spring terms                             m/s           3
 /// R_i      diagonal compliance (0 = hard)                                       m/s per N s   3
-/// mu_i     friction coefficient; c_i cohesion impulse: |p_t| <= mu p_n + c_i    1, N s
+/// mu_i     friction coefficient; c_i, T_i cohesion and tension impulses         1, N s
 /// p_i      impulse on the second body along the normal frame                    N s           3
 ///
-/// Friction regions: open (p = -q..0), stick, slip: the states of Table 1 of the rockfall paper. The convex problem alone is
+/// Friction regions: open (no impulse), stick, slip: the states of Table 1 of the rockfall paper. The convex problem alone is
 /// associated flow; exact Coulomb follows from the De Saxce shift [desaxce1998], which is on by default.
 #pragma once
 #include <cstdint>
@@ -99,6 +99,8 @@ class ContactSolver {
 };
 
 /// Exact-Coulomb (natural map) residual of a candidate solution, max over contacts, in m/s. For tests and reports.
+///   w_i |p_i - P_C(p_i - (u_i + shift) / w_i)|,   w_i = trace(J_i A^-1 J_i^T + R_i) / 3,
+/// and |J_i (v - v_hat - A^-1 J^T p)|; less the round-off, 16 machine epsilons of the largest w |p| at the touched bodies.
 double coulomb_residual(const ContactProblem& problem, bool exact_coulomb);
 
 }  // namespace talus::contact

@@ -1,0 +1,141 @@
+/// The contact law as a projection: admissible impulses, their proximal map and its derivative.
+///
+///   C = { p : p_n >= -T, |p_t| <= mu p_n + c }            (Mohr-Coulomb with tension cut-off)
+///   associated:  p = argmin over C of  r_n (p_n - z_n)^2 + r_t |p_t - z_t|^2
+///   exact:       p_n = max(floor, z_n),  p_t = z_t limited to the disk |p_t| <= mu p_n + c   [alart1991]
+///   D = -dp/du where z = const - u / r, so D >= 0 for the associated law; it is unsymmetric for exact Coulomb.
+///
+/// symbol   meaning                                              unit      shape
+/// z        trial impulse                                        N s       3
+/// r        compliance of the trial, normal and tangential       m/s/(N s) 2
+/// floor    least normal impulse, max(-T, -c/mu)                 N s       1
+#pragma once
+#include <cmath>
+
+#include "core/types.hpp"
+
+namespace talus::contact::detail {
+
+struct Law {
+  double mu = 0, cohesion = 0, floor = 0;
+  bool exact = true;  // false: associated flow (cone projection)
+};
+
+inline double law_floor(double mu, double cohesion, double tension) {
+  return mu > 0 ? std::max(-tension, -cohesion / mu) : -tension;
+}
+
+/// Bits of the state: the regions of the law. 0 open, 1 closed and sticking, 3 closed and slipping, 2 or 4 on the cut-off.
+enum State : unsigned char { open = 0, closed = 1, slip = 2, held = 4 };
+
+/// p(z) and, if D is given, D. Returns the state.
+inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt, Vec3& p, Mat3* D) {
+  const double s = std::hypot(z.y(), z.z());
+  if (D) D->setZero();
+  double n, g;
+  bool active;
+  if (law.exact) {
+    active = z.x() > law.floor;
+    n = active ? z.x() : law.floor;
+    g = law.mu * n + law.cohesion;
+    if (!(g > 0)) g = 0;
+    p.x() = n;
+    if (D && active) (*D)(0, 0) = 1 / rn;
+    if (s <= g && g > 0) {
+      p.y() = z.y();
+      p.z() = z.z();
+      if (D) (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
+      return active ? closed : held;
+    }
+    if (g == 0 || s == 0) {
+      p.y() = p.z() = 0;
+      if (D && active && s > 0 && law.mu > 0) {
+        (*D)(1, 0) = law.mu * z.y() / (s * rn);
+        (*D)(2, 0) = law.mu * z.z() / (s * rn);
+      }
+      return active ? (closed | slip) : open;
+    }
+    const double ty = z.y() / s, tz = z.z() / s;
+    p.y() = g * ty;
+    p.z() = g * tz;
+    if (D) {
+      const double k = g / (s * rt);
+      (*D)(1, 1) = k * tz * tz;
+      (*D)(2, 2) = k * ty * ty;
+      (*D)(1, 2) = (*D)(2, 1) = -k * ty * tz;
+      if (active) {
+        (*D)(1, 0) = law.mu * ty / rn;
+        (*D)(2, 0) = law.mu * tz / rn;
+      }
+    }
+    return active ? (closed | slip) : slip;
+  }
+  const bool inside = s <= law.mu * z.x() + law.cohesion;
+  if (inside && z.x() >= law.floor) {
+    p = z;
+    if (D) {
+      (*D)(0, 0) = 1 / rn;
+      (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
+    }
+    return closed;
+  }
+  if (!inside) {
+    const double q = rn + law.mu * law.mu * rt;
+    n = (rn * z.x() + rt * law.mu * (s - law.cohesion)) / q;
+    if (n > law.floor) {
+      g = law.mu * n + law.cohesion;
+      if (!(g > 0)) g = 0;
+      const double ty = z.y() / s, tz = z.z() / s;
+      p = Vec3(n, g * ty, g * tz);
+      if (D) {
+        const Vec3 d(1, law.mu * ty, law.mu * tz);
+        const double k = g / (s * rt);
+        *D = d * d.transpose() / q;
+        (*D)(1, 1) += k * tz * tz;
+        (*D)(2, 2) += k * ty * ty;
+        (*D)(1, 2) -= k * ty * tz;
+        (*D)(2, 1) -= k * ty * tz;
+      }
+      return closed | slip;
+    }
+  }
+  g = law.mu * law.floor + law.cohesion;
+  p.x() = law.floor;
+  if (!(g > 1e-14 * law.cohesion) || s == 0) {
+    p.y() = p.z() = 0;
+    return open;
+  }
+  if (s <= g) {
+    p.y() = z.y();
+    p.z() = z.z();
+    if (D) (*D)(1, 1) = (*D)(2, 2) = 1 / rt;
+    return held;
+  }
+  const double ty = z.y() / s, tz = z.z() / s;
+  p.y() = g * ty;
+  p.z() = g * tz;
+  if (D) {
+    const double k = g / (s * rt);
+    (*D)(1, 1) = k * tz * tz;
+    (*D)(2, 2) = k * ty * ty;
+    (*D)(1, 2) = (*D)(2, 1) = -k * ty * tz;
+  }
+  return slip;
+}
+
+/// Natural-map residual [m/s] of impulse p at the total contact velocity u + R p, in the scale w of the contact:
+/// w |p - P_C(p - (u + R p + shift n) / w)|, with the De Saxce shift mu |(u + R p)_t| for exact Coulomb. It is zero exactly
+/// at solutions; `round_off` is what the velocities cannot resolve, and is taken off.
+inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, double w, double round_off,
+                               double extra_shift = 0) {
+  if (!(w > 0)) return 0;
+  Law cone = law;
+  cone.exact = false;
+  Vec3 u = u_total, q;
+  u.x() += extra_shift + (law.exact ? law.mu * std::hypot(u.y(), u.z()) : 0.0);
+  project(cone, p - u / w, 1, 1, q, nullptr);
+  const double r = w * (p - q).norm();
+  return r <= round_off ? 0.0 : r - round_off;
+}
+
+}  // namespace talus::contact::detail

@@ -1,0 +1,58 @@
+/// Block-sparse direct solver for  H x = f  with H = A + sum J^T D J: symmetric pattern, unsymmetric values (friction couples
+/// the tangential to the normal impulse, not the other way round).
+///
+/// Multifrontal LU [duff1983]: approximate minimum degree on the graph of bodies [amestoy1996], relaxed supernodes, row
+/// pivoting within a front's own pivots. Small systems are one dense front.
+///
+/// symbol     meaning                                  shape
+/// n_a        degrees of freedom of body a             1
+/// H_aa       diagonal block, column major             n_a x n_a
+/// H_ab, H_ba blocks of a pair a < b, column major     n_a x n_b, n_b x n_a
+#pragma once
+#include <utility>
+#include <vector>
+
+namespace talus::contact::detail {
+
+class BlockLU {
+ public:
+  /// Pattern of the matrix. Keeps the symbolic factor if the pattern is the one it has. Pairs: a < b, sorted, unique.
+  void analyse(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs);
+  double* diagonal(int body) { return values_.data() + diagonal_[body]; }
+  double* upper(int pair) { return values_.data() + upper_[pair]; }
+  double* lower(int pair) { return values_.data() + lower_[pair]; }
+  void set_zero();
+  /// False if a pivot vanishes.
+  bool factor();
+  /// x: in the right-hand side, out the solution; stacked in the order of the bodies.
+  void solve(double* x) const;
+  int size() const { return n_; }
+  /// Entries of the factor, for reports.
+  std::size_t factor_entries() const { return factor_.size(); }
+
+ private:
+  struct Front {
+    int first_body = 0, bodies = 0, pivot_bodies = 0;  // into front_body_: pivots first, then the rest
+    int pivots = 0, size = 0;                          // scalar dimensions
+    int parent = -1;
+    std::size_t factor = 0;   // into factor_: size x pivots panel, then pivots x (size - pivots)
+    int pivot_row = 0;        // into pivot_rows_
+    int first_entry = 0, entries = 0;  // into entries_
+    int children = 0;
+  };
+  struct Entry { std::size_t value; int rows, cols, row, col; };  // block of H into a place of the front
+  void order(std::vector<int>& permutation) const;
+  void symbolic(const std::vector<int>& permutation);
+
+  int n_ = 0;
+  std::vector<int> sizes_, offsets_;
+  std::vector<std::pair<int, int>> pairs_;
+  std::vector<std::size_t> diagonal_, upper_, lower_;
+  std::vector<double> values_, factor_, stack_, front_;
+  mutable std::vector<double> local_;
+  std::vector<Front> fronts_;
+  std::vector<int> front_body_, front_offset_, pivot_rows_, place_;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace talus::contact::detail

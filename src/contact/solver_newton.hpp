@@ -1,0 +1,63 @@
+/// Proximal outer iteration with a semismooth Newton method inside.
+///
+///   inner, for fixed multipliers p^k and proximal compliance rho_i = max(0, eps w_i - R_i):
+///     F(v) = A (v - v_hat) - sum J_i^T p_i(v) = 0,   p_i(v) = P_i((rho_i p^k_i - J_i v - b_i) / (R_i + rho_i))
+///     (A + sum J_i^T D_i J_i) dv = -F,   D_i = -dp_i/du_i
+///   outer:  p^{k+1} = p(v),  which removes the proximal compliance as it converges   [rockafellar1976]
+///
+/// For associated laws F is the gradient of a C1, strongly convex function and the exact line search on it makes the inner
+/// iteration globally convergent. For exact Coulomb F is not a gradient; the line search is on |F|^2 in the norm of A^-1, and
+/// a failure is reported to the caller.
+#pragma once
+#include <vector>
+
+#include "contact/solver_linear.hpp"
+#include "contact/solver_system.hpp"
+
+namespace talus::contact::detail {
+
+struct NewtonOptions {
+  double tolerance = 1e-10;  // [m/s], on the natural-map residual of (v(p), p)
+  int max_newton = 60;
+  int max_outer = 60;
+  double epsilon = 1e-4;     // proximal compliance over w
+  bool convex = false;       // use the associated law with Touch::shift everywhere
+};
+
+struct NewtonOutcome {
+  bool converged = false;
+  int newton = 0, outer = 0;
+  double residual = 0;
+};
+
+class Newton {
+ public:
+  void prepare(const System& system);
+  /// p: in the first multipliers, out the best impulses found; v their velocities.
+  NewtonOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const NewtonOptions& options);
+  std::size_t factor_entries() const { return lu_.factor_entries(); }
+
+ private:
+  struct Point {  // everything that is known at a trial v
+    std::vector<double> v, difference;  // difference = v - v(p(v)) = A^-1 F
+    std::vector<Vec3> p, u;
+    std::vector<unsigned char> state;
+    double merit = 0;
+  };
+  void evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex, Point& point, bool derivatives);
+  void assemble(const System& system, const std::vector<unsigned char>& state);
+  double exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon, const Point& from);
+
+  BlockLU lu_;
+  std::vector<int> sizes_;
+  std::vector<std::pair<int, int>> pairs_;
+  std::vector<std::pair<std::uint64_t, int>> keys_;
+  std::vector<int> pair_of_, first_pair_;   // pair of bodies of every two terms of a contact; negative: swapped
+  Point here_, there_;
+  std::vector<Mat3> D_;
+  std::vector<double> step_, work_, candidate_, reach_;
+  std::vector<Vec3> multiplier_, slope_, best_p_;
+  std::vector<unsigned char> factored_state_;
+};
+
+}  // namespace talus::contact::detail

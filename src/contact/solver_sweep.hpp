@@ -1,0 +1,16 @@
+/// Nonsmooth block Gauss-Seidel: contact by contact, each solved for its own impulse with the others held [jean1999].
+///
+///   u_i = W_i p_i + q_i,   q_i the velocity without p_i;   stick, separation or slip decided in that order
+#pragma once
+#include "contact/solver_system.hpp"
+
+namespace talus::contact::detail {
+
+/// One contact: the impulse that solves its own Coulomb problem to a few digits, starting from p.
+Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& p);
+
+/// `sweeps` passes, forward and backward in turn. v must be v(p); both are updated. Returns the largest change
+/// w |dp| of the last pass [m/s].
+double sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps);
+
+}  // namespace talus::contact::detail

@@ -1,0 +1,75 @@
+/// The contact problem in the form the algorithms share: only touched bodies, contiguous Jacobians, local Delassus blocks.
+///
+///   u_i = J_i v + b_i,     v(p) = v_hat + A^-1 J^T p,     W_i = J_i A^-1 J_i^T + R_i
+///
+/// symbol   meaning                                                     unit        shape
+/// J, Y     Jacobian and J A^-1 of a term, row major                    1, 1/kg     3 x ndof
+/// W_i      local Delassus block with the compliance                    1/kg        3 x 3
+/// w_i      its scale, trace / 3; turns impulses into velocities        1/kg        1
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "contact/solver_law.hpp"
+
+namespace talus::contact::detail {
+
+struct Touch {
+  int id = 0;               // contact of the problem
+  int first = 0, count = 0; // into terms
+  Law law;
+  double w = 0;
+  double shift = 0;         // added to the normal velocity: De Saxce, when it is held fixed
+  Vec3 bias, compliance;
+  Mat3 W, W_inverse;
+};
+
+struct TouchTerm {
+  int body = 0;          // active body
+  int n = 0;             // its ndof
+  int v = 0;             // its offset in the active velocities
+  std::size_t at = 0;    // of J and Y in the pools
+};
+
+struct System {
+  // active bodies
+  std::vector<int> body, ndof, offset;
+  std::vector<std::size_t> matrix;             // offset of A in `mass`
+  std::vector<double> mass, mass_inverse;      // fixed degrees of freedom replaced by a unit row without Jacobian
+  std::vector<double> v_hat;
+  int n = 0;                                   // active degrees of freedom
+  // contacts
+  std::vector<Touch> touch;
+  std::vector<TouchTerm> terms;
+  std::vector<double> J, Y;
+
+  void assemble(const ContactProblem& problem, bool exact_coulomb);
+  int contacts() const { return static_cast<int>(touch.size()); }
+
+  /// J_i x for the stacked velocities x.
+  Vec3 relative(const Touch& t, const double* x) const;
+  /// x += Y_i^T p: the velocity change an impulse makes.
+  void push(const Touch& t, const Vec3& p, double* x) const;
+  /// v = v_hat + A^-1 J^T p.
+  void velocities(const std::vector<Vec3>& p, std::vector<double>& v) const;
+  /// y = A x, and x^T A x.
+  double apply_mass(const double* x, double* y) const;
+  /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into `reach`.
+  void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
+  /// Round-off of the contact velocity, 16 machine epsilons of the reach of the bodies it touches [m/s].
+  double round_off(const Touch& t, const std::vector<double>& reach) const {
+    double largest = 0;
+    for (int k = t.first; k < t.first + t.count; ++k) largest = std::max(largest, reach[terms[k].body]);
+    return 16 * 2.220446049250313e-16 * largest;
+  }
+  /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
+  double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
+
+ private:
+  mutable std::vector<double> reach_;
+  std::vector<int> active_;  // problem body -> active body or -1
+};
+
+}  // namespace talus::contact::detail
