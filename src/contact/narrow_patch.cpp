@@ -1,0 +1,176 @@
+#include "contact/narrow_patch.hpp"
+
+namespace talus::contact::narrow {
+namespace {
+
+bool boxes_meet(const Vec3& lo, const Vec3& hi, const Box3& box) {
+  return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+}
+
+constexpr double true_edge_sine = 1e-9;
+
+}  // namespace
+
+void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& box, Patch& patch) {
+  patch.clear();
+  thread_local std::vector<Vec3> x, normal;
+  x.clear();
+  normal.clear();
+  for (const auto& X : p.vertices) x.push_back(centre + F * X);
+  const Mat3 cof = cofactor(F);
+  for (const auto& n : p.face_normals) normal.push_back((cof * n).normalized());
+
+  for (std::size_t t = 0; t < p.triangles.size(); ++t) {
+    const auto& v = p.triangles[t];
+    const Vec3 &a = x[v[0]], &b = x[v[1]], &c = x[v[2]];
+    if (!boxes_meet(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c), box)) continue;
+    Patch::Triangle q;
+    q.id = q.face = p.triangle_face[t];
+    q.a = a, q.b = b, q.c = c;
+    q.n = normal[q.face];
+    q.level = q.n.dot(a);
+    for (int k = 0; k < 3; ++k) {
+      q.sharp[k] = false;
+      const int v0 = v[k], v1 = v[(k + 1) % 3];
+      for (int i = p.vertex_edge_offset[v0]; i < p.vertex_edge_offset[v0 + 1]; ++i) {
+        const auto& e = p.edges[p.vertex_edges[i]];
+        if ((e.v0 == v0 && e.v1 == v1) || (e.v0 == v1 && e.v1 == v0)) q.sharp[k] = e.sine > 0;
+      }
+    }
+    patch.triangles.push_back(q);
+  }
+  for (int i = 0; i < static_cast<int>(p.edges.size()); ++i) {
+    const auto& e = p.edges[i];
+    if (e.sine <= 0) continue;
+    const Vec3 &a = x[e.v0], &b = x[e.v1];
+    if (!boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) continue;
+    const Vec3 d = (b - a).normalized();
+    const Vec3 &l = normal[e.left], &r = normal[e.right];
+    patch.edges.push_back({i, e.v0, e.v1, e.left, e.right, a, b, l, r, l.cross(d), -r.cross(d)});
+  }
+  for (int v = 0; v < static_cast<int>(x.size()); ++v) {
+    if (!box.contains(x[v]) || p.vertex_edge_offset[v] == p.vertex_edge_offset[v + 1]) continue;
+    Patch::Vertex q{v, x[v], static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()), 0};
+    bool convex = false;
+    for (int i = p.vertex_edge_offset[v]; i < p.vertex_edge_offset[v + 1]; ++i) {
+      const auto& e = p.edges[p.vertex_edges[i]];
+      convex |= e.sine > 0;
+      patch.directions.push_back((x[e.v0 == v ? e.v1 : e.v0] - x[v]).normalized());
+      ++q.count;
+      patch.face_normals.push_back(normal[e.left]);
+      patch.face_normals.push_back(normal[e.right]);
+      q.faces += 2;
+    }
+    if (convex) patch.vertices.push_back(q);
+  }
+}
+
+void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Patch& patch) {
+  patch.clear();
+  thread_local std::vector<int> ids;
+  ids.clear();
+  const Box3 world(Vec3(box.min() + origin), Vec3(box.max() + origin));
+  s.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return boxes_meet(lo, hi, world); },
+                  [&](int t) {
+                    const auto b = s.triangle_box(t);
+                    if (boxes_meet(b.min(), b.max(), world)) ids.push_back(t);
+                    return true;
+                  });
+  if (ids.empty()) return;
+  std::sort(ids.begin(), ids.end());
+  const auto& T = s.surface.triangles;
+  const auto& X = s.surface.vertices;
+  const bool two_sided = s.surface.two_sided;
+  // A two-sided sheet shows each triangle's side that faces the local origin (the block's centroid).
+  const auto flipped = [&](int t) { return two_sided && s.normal[t].dot(origin - X[T[t][0]]) < 0; };
+  const auto normal = [&](int t) -> Vec3 { return flipped(t) ? Vec3(-s.normal[t]) : s.normal[t]; };
+  // Of side h: 0 flat or reentrant, 1 convex, 2 rim.
+  const auto side_kind = [&](int h) {
+    const int w = s.twin[h];
+    if (w < 0) return 2;
+    const int t = h / 3, u = w / 3;
+    if (flipped(t) != flipped(u)) return 2;
+    const Vec3 d = (X[T[t][(h % 3 + 1) % 3]] - X[T[t][h % 3]]).normalized();
+    const double sine = s.normal[t].cross(s.normal[u]).dot(d);
+    return (flipped(t) ? -sine : sine) > true_edge_sine ? 1 : 0;
+  };
+  thread_local std::vector<int> corners;
+  corners.clear();
+  for (const int t : ids) {
+    if (s.normal[t].isZero()) continue;
+    const auto& v = T[t];
+    const bool flip = flipped(t);
+    Patch::Triangle q;
+    q.id = t;
+    q.face = s.group[t];
+    q.a = X[v[0]] - origin, q.b = X[v[flip ? 2 : 1]] - origin, q.c = X[v[flip ? 1 : 2]] - origin;
+    q.n = normal(t);
+    q.level = q.n.dot(q.a);
+    for (int k = 0; k < 3; ++k) {
+      const int h = 3 * t + k;
+      const int kind = side_kind(h);
+      q.sharp[flip ? 2 - k : k] = kind > 0;
+      if (kind > 0 && (kind == 2 || h < s.twin[h])) {
+        const int w = s.twin[h];
+        const Vec3 a = X[v[k]] - origin, b = X[v[(k + 1) % 3]] - origin;
+        if (boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) {
+          const Vec3 d = (b - a).normalized();
+          const Vec3 inl = s.normal[t].cross(d);  // into the left triangle whatever side is shown
+          if (kind == 2)
+            patch.edges.push_back({h, v[k], v[(k + 1) % 3], q.face, -1, a, b, q.n, q.n, inl, inl});
+          else
+            patch.edges.push_back({h, v[k], v[(k + 1) % 3], q.face, s.group[w / 3], a, b, q.n, normal(w / 3), inl,
+                                   -s.normal[w / 3].cross(d)});
+        }
+      } else if (kind == 1) {
+        // The twin's triangle adds it, unless its box misses.
+        if (!std::binary_search(ids.begin(), ids.end(), s.twin[h] / 3)) {
+          const int w = s.twin[h], k2 = w % 3;
+          const auto& u = T[w / 3];
+          const Vec3 a = X[u[k2]] - origin, b = X[u[(k2 + 1) % 3]] - origin;
+          if (boxes_meet(a.cwiseMin(b), a.cwiseMax(b), box)) {
+            const Vec3 d = (b - a).normalized();
+            patch.edges.push_back({w, u[k2], u[(k2 + 1) % 3], s.group[w / 3], q.face, a, b, normal(w / 3), q.n,
+                                   s.normal[w / 3].cross(d), -s.normal[t].cross(d)});
+          }
+        }
+      }
+      if (kind > 0) {
+        corners.push_back(v[k]);
+        corners.push_back(v[(k + 1) % 3]);
+      }
+    }
+    patch.triangles.push_back(q);
+  }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (const int v : corners) {
+    const Vec3 x = X[v] - origin;
+    if (!box.contains(x)) continue;
+    Patch::Vertex q{v, x, static_cast<int>(patch.directions.size()), 0, static_cast<int>(patch.face_normals.size()), 0};
+    int convex = 0;
+    for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) {
+      const int t = s.vertex_triangle[i];
+      patch.face_normals.push_back(normal(t));
+      ++q.faces;
+      for (int k = 0; k < 3; ++k) {
+        const int v0 = T[t][k], v1 = T[t][(k + 1) % 3];
+        if (v0 != v && v1 != v) continue;
+        const int h = 3 * t + k, w = s.twin[h];
+        if (w >= 0 && v1 == v) continue;  // its twin starts here
+        // All true edges bound the cone, reentrant ones too.
+        const Vec3 d = (X[v0 == v ? v1 : v0] - X[v]).normalized();
+        const bool flat = w >= 0 && flipped(t) == flipped(w / 3) && s.normal[t].cross(s.normal[w / 3]).norm() <= true_edge_sine;
+        if (flat) continue;
+        convex += side_kind(h) > 0;
+        patch.directions.push_back(d);
+        ++q.count;
+      }
+    }
+    // On a straight ridge the crossings of the ridge say it all.
+    bool straight = q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < -1 + 1e-15;
+    if (convex >= 2 && !straight) patch.vertices.push_back(q);
+  }
+}
+
+}  // namespace talus::contact::narrow

@@ -1,0 +1,146 @@
+#include "contact/surface_index.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <numeric>
+
+#include "core/error.hpp"
+
+namespace talus::contact {
+namespace {
+
+constexpr double coplanar_sine = 1e-9;
+
+}  // namespace
+
+void SurfaceIndex::Impl::compute_normals() {
+  normal.resize(surface.triangles.size());
+  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
+    const auto& v = surface.triangles[t];
+    const Vec3& a = surface.vertices[v[0]];
+    const Vec3 n = (surface.vertices[v[1]] - a).cross(surface.vertices[v[2]] - a);
+    const double l = n.norm();
+    normal[t] = l > 0 ? Vec3(n / l) : Vec3(Vec3::Zero());
+  }
+}
+
+SurfaceIndex::SurfaceIndex(const TriangleSurface& surface) : impl_(std::make_unique<Impl>()) {
+  Impl& s = *impl_;
+  s.surface = surface;
+  const auto& T = s.surface.triangles;
+  const int triangles = static_cast<int>(T.size()), vertices = static_cast<int>(s.surface.vertices.size());
+  for (int t = 0; t < triangles; ++t)
+    for (const int v : T[t])
+      if (v < 0 || v >= vertices) {
+        Problem p;
+        p.key = fmt::format("surface triangle {}", t);
+        p.value = fmt::format("vertex {}", v);
+        p.rule = fmt::format("vertex numbers must lie in 0..{}", vertices - 1);
+        p.remedy = "correct the triangle";
+        throw InputError(std::move(p));
+      }
+  s.compute_normals();
+
+  s.vertex_offset.assign(static_cast<std::size_t>(vertices) + 1, 0);
+  for (const auto& t : T)
+    for (const int v : t) ++s.vertex_offset[v + 1];
+  std::partial_sum(s.vertex_offset.begin(), s.vertex_offset.end(), s.vertex_offset.begin());
+  s.vertex_triangle.resize(3 * T.size());
+  {
+    std::vector<int> at(s.vertex_offset.begin(), s.vertex_offset.end() - 1);
+    for (int t = 0; t < triangles; ++t)
+      for (const int v : T[t]) s.vertex_triangle[at[v]++] = t;
+  }
+  // Opposite half-edges through the triangles at the start vertex; a side shared by three or more counts as a rim.
+  s.twin.assign(3 * T.size(), -1);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = T[t][k], b = T[t][(k + 1) % 3];
+      int found = -1, uses = 0;
+      for (int i = s.vertex_offset[a]; i < s.vertex_offset[a + 1]; ++i) {
+        const int u = s.vertex_triangle[i];
+        for (int j = 0; j < 3; ++j) {
+          if (T[u][j] == b && T[u][(j + 1) % 3] == a) found = 3 * u + j, ++uses;
+          if (T[u][j] == a && T[u][(j + 1) % 3] == b && u != t) ++uses;
+        }
+      }
+      if (uses == 1 && found >= 0) s.twin[3 * t + k] = found;
+    }
+
+  std::vector<int> parent(T.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (int h = 0; h < 3 * triangles; ++h) {
+    const int w = s.twin[h];
+    if (w < h) continue;
+    const Vec3 &n = s.normal[h / 3], &m = s.normal[w / 3];
+    if (n.dot(m) > 0 && n.cross(m).norm() < coplanar_sine) {
+      const int a = root(h / 3), b = root(w / 3);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  s.group.resize(T.size());
+  for (int t = 0; t < triangles; ++t) s.group[t] = root(t);
+  s.tree.build(triangles, [&](int t) { return s.triangle_box(t); });
+}
+
+SurfaceIndex::~SurfaceIndex() = default;
+SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
+
+void SurfaceIndex::refit(const TriangleSurface& surface) {
+  Impl& s = *impl_;
+  if (surface.triangles.size() != s.surface.triangles.size() || surface.vertices.size() != s.surface.vertices.size() ||
+      surface.revision != s.surface.revision) {
+    *this->impl_ = Impl(*SurfaceIndex(surface).impl_);
+    return;
+  }
+  s.surface.vertices = surface.vertices;
+  s.surface.velocities = surface.velocities;
+  s.compute_normals();
+  if (s.surface.parent_face.size() == s.group.size())
+    s.group = s.surface.parent_face;
+  else
+    std::iota(s.group.begin(), s.group.end(), 0);
+  s.tree.refit([&](int t) { return s.triangle_box(t); });
+}
+
+const TriangleSurface& SurfaceIndex::surface() const { return impl_->surface; }
+Box3 SurfaceIndex::bounds() const { return impl_->tree.bounds(); }
+
+bool SurfaceIndex::overlaps(const Box3& box) const {
+  const Impl& s = *impl_;
+  return !s.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) {
+        return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+      },
+      [&](int t) { return !s.triangle_box(t).intersects(box); });
+}
+
+double SurfaceIndex::height(double x, double y) const {
+  const Impl& s = *impl_;
+  double best = std::numeric_limits<double>::quiet_NaN();
+  s.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) { return lo.x() <= x && x <= hi.x() && lo.y() <= y && y <= hi.y(); },
+      [&](int t) {
+        const auto& v = s.surface.triangles[t];
+        const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]], &c = s.surface.vertices[v[2]];
+        const auto cross = [](double ux, double uy, double vx, double vy) { return ux * vy - uy * vx; };
+        const double all = cross(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
+        if (all == 0) return true;
+        const double wa = cross(b.x() - x, b.y() - y, c.x() - x, c.y() - y) / all;
+        const double wb = cross(c.x() - x, c.y() - y, a.x() - x, a.y() - y) / all;
+        const double wc = 1 - wa - wb;
+        constexpr double slack = -1e-12;  // points on a shared side belong to both triangles
+        if (wa < slack || wb < slack || wc < slack) return true;
+        const double z = wa * a.z() + wb * b.z() + wc * c.z();
+        if (!(best >= z)) best = z;
+        return true;
+      });
+  return best;
+}
+
+}  // namespace talus::contact
