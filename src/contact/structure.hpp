@@ -32,8 +32,8 @@ struct StructureSpec {
   bool erosion = true;
 
   // geometry: the bounding parameters of each kind
-  Vec3 position = Vec3::Zero();   // box: centroid; column: centre of the base; mesh: where its volume centroid goes
-  bool positioned = true;         // mesh: false if no position was given and the file's coordinates are the world's
+  Vec3 position = Vec3::Zero();   // box: centroid; column: centre of the base; mesh: where its volume centroid goes, if
+                                  // parameters hold "centred" (1); else the file's coordinates are the world's
   Vec3 size = Vec3::Ones();       // box: full extents; column: (section x, section y, height)
   Mat3 rotation = Mat3::Identity();
   std::string section = "rectangular";  // column: rectangular, round, hollow

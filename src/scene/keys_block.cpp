@@ -13,16 +13,16 @@ void add_shape(std::vector<Key>& keys, const std::string& at) {
     keys.push_back(std::move(key));
   };
   add({.path = "shape", .type = Type::choice,
-       .doc = "Form of the block. EOTA111 and EOTA221 are the standard test bodies; random_convex and random_concave need volume or mass, and a seed.",
+       .doc = "Form of the block. EOTA111 and EOTA221 are the standard test bodies; random-convex and random-concave need volume or mass, and a seed.",
        .required = "unless file is given",
-       .choices = {"box", "tetrahedron", "dodecahedron", "icosahedron", "sphere", "EOTA111", "EOTA221", "convex", "random_convex", "random_concave", "file"},
+       .choices = {"box", "tetrahedron", "dodecahedron", "icosahedron", "sphere", "EOTA111", "EOTA221", "convex", "random-convex", "random-concave", "file"},
        .source = "EOTA: EAD 340059, vertices (+-a/2, +-b/4, +-c/4) and permutations, V = 17/24 abc"});
   add({.path = "file", .type = Type::path, .doc = "Closed mesh (OBJ, STL, PLY, OFF) in place of a shape. With `position` its volume centroid is moved there, without, its coordinates are the world's.",
        .required = "if shape is \"file\""});
   add({.path = "size", .type = Type::vector, .dimension = length, .doc = "Full extents along the body axes.", .required = "for a box, unless volume or mass is given (a cube)", .min = 0, .above = true});
-  add({.path = "diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of the sphere, or of the sphere about a regular polyhedron.", .min = 0, .above = true});
-  add({.path = "longitudes", .type = Type::integer, .fallback = "8", .doc = "Sphere: meridians.", .min = 3, .max = 1000});
-  add({.path = "latitudes", .type = Type::integer, .fallback = "8", .doc = "Sphere: bands from pole to pole.", .min = 2, .max = 1000});
+  add({.path = "diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a sphere.", .min = 0, .above = true});
+  add({.path = "longitudes", .type = Type::integer, .fallback = "12", .doc = "Sphere: meridians, equally spaced.", .min = 3, .max = 1000});
+  add({.path = "latitudes", .type = Type::integer, .fallback = "5", .doc = "Sphere: circles between the poles.", .min = 1, .max = 1000});
   add({.path = "vertices", .type = Type::vectors, .dimension = length, .doc = "Convex: the block is the hull of these points.", .required = "if shape is \"convex\""});
   add({.path = "volume", .type = Type::quantity, .dimension = volume, .doc = "Scales the shape to this volume. Not together with mass.", .min = 0, .above = true});
   add({.path = "mass", .type = Type::quantity, .dimension = mass, .doc = "Scales the shape to this mass. Not together with volume.", .min = 0, .above = true});

@@ -210,14 +210,15 @@ Shape read_shape(Reading& in, const View& view, int material) {
     view.problem("vertices", "only shape = \"convex\" has vertices", "remove them, or write shape = \"convex\"");
   }
   if (s.kind.compare(0, 6, "random") == 0 && !scaled) view.missing("volume", "a random shape is scaled to its volume or mass");
-  const bool measured = scaled || view.has("size") || view.has("diameter");
+  const bool measured = scaled || view.has("size") || (s.kind == "sphere" && view.has("diameter"));
   if (s.kind == "box" && !scaled) {
     view.missing("size");
     if (view.has("diameter")) view.problem("diameter", "a box has no diameter", "give size");
   } else if (s.kind != "convex" && s.kind != "file" && s.kind.compare(0, 6, "random") != 0 && !measured) {
-    view.missing(s.kind.compare(0, 4, "EOTA") == 0 ? "size" : "diameter", "or size, volume or mass");
+    view.missing(s.kind == "sphere" ? "diameter" : "size", "or volume or mass");
   }
-  if (s.kind == "sphere" && view.has("size")) view.problem("size", "a sphere has a diameter, not a size", "give diameter, volume or mass");
+  if (s.kind != "sphere" && s.kind != "box" && view.has("diameter")) view.problem("diameter", "only a sphere has a diameter", "give size, volume or mass");
+  if (s.kind == "sphere" && view.has("diameter") && view.has("size")) view.problem("size", "the sphere has a diameter already", "give one of them");
   if (s.kind == "box" && scaled && s.size.isZero()) s.size = Vec3::Ones();
   (void)material;
   return s;

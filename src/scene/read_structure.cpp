@@ -170,8 +170,9 @@ void read_structures(Reading& in, const View& root) {
     spec.damage = view.text("damage");
     read_material(in, view, spec);
     spec.position = view.vector("position");
-    spec.positioned = spec.kind != "mesh" || view.has("position");
-    if (!spec.positioned && view.has("orientation") && view.get("kind")) view.problem("orientation", "a mesh without position lies where its file says", "add a position, or remove the orientation");
+    const bool placed = spec.kind != "mesh" || view.has("position");
+    if (spec.kind == "mesh" && placed) spec.parameters.emplace_back("centred", 1.0);
+    if (!placed && view.has("orientation") && view.get("kind")) view.problem("orientation", "a mesh without position lies where its file says", "add a position, or remove the orientation");
     spec.rotation = read_orientation(view);
     const auto only = [&](const char* key, const char* kind) {
       if (view.has(key) && view.get("kind") && spec.kind != kind) view.problem(key, fmt::format("has no effect with kind = \"{}\"", spec.kind), fmt::format("remove it, or write kind = \"{}\"", kind));

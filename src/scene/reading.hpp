@@ -50,7 +50,5 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
 /// tan(phi) of a coefficient or an angle.
 double friction_coefficient(const Node& node);
 
-/// The scene as scene.resolved.json.
-std::string resolved_json(const Scene& scene);
 
 }  // namespace talus::scene

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
@@ -120,6 +121,8 @@ Json rock_mass(const RockMass& mass, const std::string& material) {
 }
 
 Json structure(const StructureSpec& s, const std::string& material) {
+  // The reader says "centred" for a mesh that has a position.
+  const bool placed = s.kind != "mesh" || std::any_of(s.parameters.begin(), s.parameters.end(), [](const auto& p) { return p.first == "centred"; });
   Json out;
   out["name"] = s.name;
   out["kind"] = s.kind;
@@ -131,7 +134,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
     if (s.section == "round") out["diameter"] = s.size.x();
     else out["section_size"] = Json::array({s.size.x(), s.size.y()});
     if (s.section == "hollow") out["wall_thickness"] = s.wall_thickness;
-  } else if (s.positioned) {
+  } else if (placed) {
     out["position"] = vec(s.position);
   }
   if (s.kind == "box") out["size"] = vec(s.size);
@@ -140,7 +143,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
     if (s.section == "hollow") out["wall_thickness"] = s.wall_thickness;
   }
   if (!s.file.empty()) out["file"] = s.file;
-  if (s.positioned) out["orientation"] = rotation(s.rotation);
+  if (placed) out["orientation"] = rotation(s.rotation);
   if (s.cell_size > 0) out["cell_size"] = s.cell_size;
   if (s.cells[0] > 0) out["cells"] = s.cells;
   out["support"] = Json::array();
@@ -170,7 +173,8 @@ Json structure(const StructureSpec& s, const std::string& material) {
   for (const auto& load : s.loads) out["load"].push_back({{"region", box(load.region)}, {"traction", vec(load.traction)}, {"history", pairs(load.history)}});
   if (!s.parameters.empty()) {
     Json parameters = Json::object();
-    for (const auto& [name, value] : s.parameters) parameters[name] = value;
+    for (const auto& [name, value] : s.parameters)
+      if (name != "centred") parameters[name] = value;
     out["parameters"] = parameters;
   }
   return out;

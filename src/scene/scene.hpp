@@ -157,6 +157,9 @@ struct Scene {
   std::string resolved_json;    // every default filled in, absolute paths with hashes
 };
 
+/// The scene as scene.resolved.json: what read_scene turns back into the same scene, bit for bit.
+std::string resolved_json(const Scene& scene);
+
 /// `--set KEY=VALUE` of the command line.
 using Overrides = std::vector<std::pair<std::string, std::string>>;
 
