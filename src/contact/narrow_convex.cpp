@@ -281,11 +281,23 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
   return best;
 }
 
+void edge_axis_by_projection(const Hull& A, const Hull& B, int ea, int eb, EdgeAxis& best) {
+  const Vec3 da = edge_vector(A, ea), db = edge_vector(B, eb);
+  Vec3 n = da.cross(db);
+  const double nn = n.squaredNorm();
+  if (nn <= 1e-12 * da.squaredNorm() * db.squaredNorm()) return;
+  n /= std::sqrt(nn);
+  double a0, a1, b0, b1;
+  A.extent(n, a0, a1);
+  B.extent(n, b0, b1);
+  const double up = b0 - a1, down = a0 - b1;
+  if (std::max(up, down) > best.gap) best = {std::max(up, down), up >= down ? n : Vec3(-n), ea, eb};
+}
+
 /// Edge-edge axes of large hulls: only edges in the overlap of the boxes, only pairs that form a face of B - A
 /// (arcs that cross on the Gauss map).
-EdgeAxis best_edges_large(Scratch& s, const Hull& A, const Hull& B, double touch) {
+EdgeAxis best_edges_large(Scratch& s, const Hull& A, const Hull& B, double grow) {
   EdgeAxis best;
-  const double grow = 4 * touch;
   Box3 overlap = A.box().intersection(B.box());
   overlap.min().array() -= grow;
   overlap.max().array() += grow;
@@ -299,6 +311,11 @@ EdgeAxis best_edges_large(Scratch& s, const Hull& A, const Hull& B, double touch
   };
   collect(A, s.edges_a);
   collect(B, s.edges_b);
+  if (A.count <= 3 || B.count <= 3) {  // a triangle has no arcs on the Gauss map: project
+    for (const int ea : s.edges_a)
+      for (const int eb : s.edges_b) edge_axis_by_projection(A, B, ea, eb, best);
+    return best;
+  }
   for (const int ea : s.edges_a) {
     const auto& a = A.p->edges[ea];
     const Vec3 da = edge_vector(A, ea), na = A.normal(a.left), ma = A.normal(a.right);
@@ -453,6 +470,18 @@ void tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
 
 }  // namespace
 
+SignedAxis signed_axis(const Hull& a, const Hull& b) {
+  const double touch = 1e-12 * std::min(a.p->radius, b.p->radius);
+  const Axis of_a = best_face(a, b, infinity, touch), of_b = best_face(b, a, infinity, touch);
+  const bool small = !a.p->axis_edges.empty() && !b.p->axis_edges.empty() &&
+                     a.p->axis_edges.size() * b.p->axis_edges.size() <= 36;
+  const EdgeAxis edge = small ? best_edges_small(a, b, infinity) : best_edges_large(scratch, a, b, 1e-6 * std::min(a.p->radius, b.p->radius));
+  SignedAxis best{of_a.gap, a.normal(of_a.face), 0};
+  if (of_b.gap > best.gap + touch) best = {of_b.gap, -b.normal(of_b.face), 1};
+  if (edge.gap > best.gap + touch) best = {edge.gap, edge.normal, 2};
+  return best;
+}
+
 int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
                   std::vector<ContactPoint>& out) {
   Scratch& s = scratch;
@@ -484,7 +513,7 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   bool done = false;
 
   if (small || sep.overlap || sep.distance <= touch) {
-    const EdgeAxis edge = small ? best_edges_small(s.a, s.b, margin) : best_edges_large(s, s.a, s.b, touch);
+    const EdgeAxis edge = small ? best_edges_small(s.a, s.b, margin) : best_edges_large(s, s.a, s.b, 4 * touch);
     if (edge.gap > margin) return 0;
     if (std::max(face_gap, edge.gap) <= touch) {  // touching or overlapping
       const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + touch + 0.02 * std::abs(face_gap);

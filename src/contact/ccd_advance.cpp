@@ -1,0 +1,358 @@
+/// Time of impact by conservative advancement on the true motion.
+///
+/// At s the pair has a separating (or least overlapping) axis n with gap g. Seen from the body that owns the axis (frame K,
+/// turning with it) a vertex y of the other body moves along n as
+///
+///   h(t) >= h_0 + h' t + h'' t^2 / 2 - J t^3 / 6,    J = (|w_K| + |w|)^3 r + |w_K|^3 C + 3 |w_K|^2 C' + 3 |w_K| C''
+///
+/// which bounds the gap from below over [s, s + T] whatever the true normal does. T is the longest step for which the bound
+/// stays above the level sought, so no crossing is ever stepped over.
+///
+/// symbol   meaning                                                        unit   shape
+/// w_K, w   rotation over the step of the owner and of the other body      rad    3
+/// r        largest distance of a vertex from its centroid                 m
+/// C        bound on the distance of the centroids, C', C'' its rates      m
+#include <array>
+#include <limits>
+
+#include "contact/narrow_convex.hpp"
+#include "contact/narrow_gjk.hpp"
+#include "contact/surface_index.hpp"
+
+namespace talus::contact {
+namespace {
+
+using narrow::Hull;
+
+constexpr double never = 2.0;
+constexpr int most_advances = 20000;
+
+struct Mover {
+  const Polyhedron* p;
+  const Motion* motion;
+  double reach;   // largest distance of a vertex from c [m]
+};
+
+struct Levels {
+  double stop;  // gap at which to report
+  double aim;   // a little below, so that the advance arrives
+};
+
+struct Scratch {
+  Hull a, b;
+  std::vector<int> triangles;
+};
+thread_local Scratch scratch;
+
+Mover mover(const Polyhedron& p, const Motion& m) { return {&p, &m, p.radius * narrow::stretch_bound(m.start.F)}; }
+
+Vec3 velocity(const Motion& m, double s) { return m.displacement + (2 * s - 1) * m.half_gravity_step; }
+
+/// Lower bound over [0, T] of the gap of the other body's vertices along n (out of the owner), the owner's extent given.
+struct Bound {
+  const Hull* hull;      // other body relative to the owner's centroid
+  Vec3 n, centre;        // centre of the other body relative to the owner's
+  Vec3 wk, w;            // rotations of owner and other
+  Vec3 v, q2;            // relative velocity of the centroids, its constant derivative
+  double level;          // n . (highest point of the owner)
+  double reach;
+  double over(double T) const {
+    const double ak = wk.norm(), a = w.norm();
+    const double speed = v.norm() + T * q2.norm(), distance = centre.norm() + T * speed;
+    const double sum = ak + a;
+    const double jerk = sum * sum * sum * reach + ak * ak * ak * distance + 3 * ak * ak * speed + 3 * ak * q2.norm();
+    double least = std::numeric_limits<double>::infinity();
+    const Vec3 wkn = n.cross(wk);  // n . (wk x r) = (n x wk) . r
+    for (int i = 0; i < hull->count; ++i) {
+      const Vec3 x = hull->vertex(i), y = x - centre;
+      const Vec3 turning = w.cross(y);
+      const Vec3 rate = v + turning - wk.cross(x);                       // in the owner's frame
+      const double h1 = n.dot(rate);
+      const double h2 = n.dot(q2 + w.cross(turning)) - 2 * wkn.dot(v + turning) + wkn.dot(wk.cross(x));
+      const double h0 = n.dot(x);
+      double low = std::min(h0, h0 + T * (h1 + 0.5 * T * h2));
+      if (h2 > 0 && h1 < 0 && -h1 < T * h2) low = h0 - 0.5 * h1 * h1 / h2;
+      least = std::min(least, low);
+    }
+    return least - jerk * T * T * T / 6 - level;
+  }
+};
+
+struct Situation {
+  double gap;
+  bool owner_is_a;
+  Vec3 normal;  // out of A
+};
+
+/// Poses both, relative to A's centroid, and finds the axis. `enough`: beyond this the exact value does not matter.
+Situation look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
+  const Pose pa = A.motion->at(s), pb = B.motion->at(s);
+  const Vec3 between = pb.c - pa.c;
+  a.set(*A.p, Vec3::Zero(), pa.F);
+  b.set(*B.p, between, pb.F);
+  const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
+  const bool slower = A.motion->rotation.squaredNorm() <= B.motion->rotation.squaredNorm();
+  if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) return {sep.distance, slower, sep.normal};
+  const auto axis = narrow::signed_axis(a, b);
+  return {axis.gap, axis.owner == 0 ? true : axis.owner == 1 ? false : slower, axis.normal};
+}
+
+double extent_up(const Hull& h, const Vec3& n) {
+  double lo, hi;
+  h.extent(n, lo, hi);
+  return hi;
+}
+
+/// First s in [from, to] where the gap falls to levels.stop; `never` if it does not.
+double advance(const Mover& A, const Mover& B, double from, double to, const Levels& levels) {
+  Hull &a = scratch.a, &b = scratch.b;
+  double s = from;
+  for (int iteration = 0; iteration < most_advances; ++iteration) {
+    const Situation now = look(A, B, s, a, b);
+    if (now.gap <= levels.stop) return s;
+    if (s >= to) return never;
+    const Pose pa = A.motion->at(s), pb = B.motion->at(s);
+    const Vec3 v = velocity(*B.motion, s) - velocity(*A.motion, s);
+    const Vec3 q2 = 2 * (B.motion->half_gravity_step - A.motion->half_gravity_step);
+    Bound bound;
+    if (now.owner_is_a) {
+      bound = {&b, now.normal, pb.c - pa.c, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, now.normal), B.reach};
+    } else {
+      // Move the origin to B's centroid and look at A along -n.
+      const Vec3 shift = pb.c - pa.c;
+      for (Hull* h : {&a, &b})
+        for (int i = 0; i < h->padded; ++i) h->x[i] -= shift.x(), h->y[i] -= shift.y(), h->z[i] -= shift.z();
+      bound = {&a, -now.normal, -shift, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -now.normal), A.reach};
+    }
+    double T = to - s;
+    for (int trial = 0; trial < 60; ++trial) {
+      const double low = bound.over(T);
+      if (low >= levels.aim) break;
+      const double share = (now.gap - levels.aim) / (now.gap - low);
+      T *= std::clamp(0.999 * share, 0.05, 0.95);
+    }
+    const double next = T >= to - s ? to : s + T;
+    if (next <= s) return s;  // no progress possible in double precision: it is there
+    s = next;
+  }
+  return s;  // conservative: never past the impact
+}
+
+/// The rule of the header for a pair of convex sets: beyond tolerance at the start, or within.
+Levels levels_for(double start_gap, bool touching, double tolerance) {
+  if (!touching) return {tolerance, 0.9 * tolerance};
+  const double stop = std::min(0.0, start_gap) - 10 * tolerance;
+  return {stop, stop - 0.1 * tolerance};
+}
+
+/// A triangle as a flat polyhedron: two faces back to back, three edges. Allocated once per thread.
+struct FlatTriangle {
+  Polyhedron p;
+  FlatTriangle() {
+    p.vertices.resize(3);
+    p.face_offset = {0, 3, 6};
+    p.face_vertices = {0, 1, 2, 0, 2, 1};
+    p.face_edges = {0, 1, 2, 2, 1, 0};
+    p.edges = {{0, 1, 0, 1, 0}, {1, 2, 0, 1, 0}, {2, 0, 0, 1, 0}};
+    p.face_normals.resize(2);
+    p.vertex_edge_offset = {0, 2, 4, 6};
+    p.vertex_edges = {0, 2, 0, 1, 1, 2};
+    p.axis_faces = {0};
+    p.axis_opposite = {1};
+    p.axis_edges = {0, 1, 2};
+    p.convex = true;
+  }
+  bool set(const Vec3& a, const Vec3& b, const Vec3& c) {
+    p.vertices[0] = a, p.vertices[1] = b, p.vertices[2] = c;
+    const Vec3 n = (b - a).cross(c - a);
+    const double l = n.norm();
+    if (!(l > 0)) return false;
+    p.face_normals[0] = n / l;
+    p.face_normals[1] = -n / l;
+    p.radius = std::sqrt(std::max({a.squaredNorm(), b.squaredNorm(), c.squaredNorm()}));
+    return true;
+  }
+};
+thread_local FlatTriangle flat_a, flat_b;
+
+/// Box of the motion over [s0, s1].
+Box3 swept(const Mover& m, double s0, double s1, double margin) {
+  const double ds = s1 - s0;
+  Box3 box = bounds(*m.p, m.motion->at(s0));
+  box.extend(bounds(*m.p, m.motion->at(s1)));
+  const double angle = ds * m.motion->rotation.norm();
+  const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
+                    Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
+  box.min() -= grow;
+  box.max() += grow;
+  return box;
+}
+
+bool meet(const Box3& l, const Box3& r) {
+  return (l.min().array() <= r.max().array()).all() && (l.max().array() >= r.min().array()).all();
+}
+
+/// Box of one triangle of a moving body over [s0, s1].
+Box3 swept_triangle(const Mover& m, const std::array<int, 3>& t, const Pose& p0, const Pose& p1, double ds, double margin) {
+  Box3 box;
+  for (const int v : t) box.extend(p0.world(m.p->vertices[v])), box.extend(p1.world(m.p->vertices[v]));
+  const double angle = ds * m.motion->rotation.norm();
+  const Vec3 grow = ds * ds / 4 * m.motion->half_gravity_step.cwiseAbs() +
+                    Vec3::Constant(m.reach * std::min(angle * angle / 8, 2.0) + margin);
+  box.min() -= grow;
+  box.max() += grow;
+  return box;
+}
+
+/// Calls use(mover) for the convex pieces of a body that may meet `box`: itself if convex, else its triangles.
+template <class Use>
+void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, double s1, double margin, Use&& use) {
+  if (m.p->convex) {
+    use(m);
+    return;
+  }
+  const Pose p0 = m.motion->at(s0), p1 = m.motion->at(s1);
+  for (const auto& t : m.p->triangles) {
+    if (!meet(swept_triangle(m, t, p0, p1, s1 - s0, margin), box)) continue;
+    if (!flat.set(m.p->vertices[t[0]], m.p->vertices[t[1]], m.p->vertices[t[2]])) continue;
+    use(Mover{&flat.p, m.motion, m.reach});
+  }
+}
+
+/// One convex piece against another over [s0, s1]: the hit, or `never`. In touching mode each piece has its own start gap.
+double piece_impact(const Mover& A, const Mover& B, double s0, double s1, bool touching, double tolerance) {
+  double start = 0;
+  if (touching) {
+    start = look(A, B, s0, scratch.a, scratch.b).gap;
+    if (s0 > 0 && start <= -10 * tolerance) start = look(A, B, 0, scratch.a, scratch.b).gap;
+  }
+  return advance(A, B, s0, s1, levels_for(start, touching, tolerance));
+}
+
+}  // namespace
+
+double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhedron& B, const Motion& motion_b, double tolerance) {
+  const Mover a = mover(A, motion_a), b = mover(B, motion_b);
+  const Box3 box_a = swept(a, 0, 1, tolerance), box_b = swept(b, 0, 1, tolerance);
+  if (!meet(box_a, box_b)) return never;
+  if (A.convex && B.convex) {
+    const double gap = look(a, b, 0, scratch.a, scratch.b).gap;
+    return advance(a, b, 0, 1, levels_for(gap, gap <= tolerance, tolerance));
+  }
+  const Box3 common = box_a.intersection(box_b);
+  bool touching = false;
+  pieces(a, flat_a, common, 0, 0, tolerance, [&](const Mover& pa) {
+    pieces(b, flat_b, common, 0, 0, tolerance, [&](const Mover& pb) {
+      if (!touching && look(pa, pb, 0, scratch.a, scratch.b).gap <= tolerance) touching = true;
+    });
+  });
+  double first = never;
+  pieces(a, flat_a, common, 0, 1, tolerance, [&](const Mover& pa) {
+    pieces(b, flat_b, common, 0, 1, tolerance, [&](const Mover& pb) {
+      first = std::min(first, piece_impact(pa, pb, 0, std::min(first, 1.0), touching, tolerance));
+    });
+  });
+  return first;
+}
+
+double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& motion, double tolerance) {
+  const Mover b = mover(B, motion);
+  Hull& hull = scratch.b;
+  const Vec3& n = plane.normal;
+  double s = 0;
+  Levels levels{};
+  for (int iteration = 0; iteration < most_advances; ++iteration) {
+    const Pose pose = motion.at(s);
+    hull.set(B, pose.c - plane.point, pose.F);
+    const double gap = hull.min_height(n);
+    if (iteration == 0) levels = levels_for(gap, gap <= tolerance, tolerance);
+    if (gap <= levels.stop) return s;
+    if (s >= 1) return never;
+    const Bound bound{&hull, n, pose.c - plane.point, Vec3::Zero(), motion.rotation, velocity(motion, s),
+                      2 * motion.half_gravity_step, 0.0, b.reach};
+    double T = 1 - s;
+    for (int trial = 0; trial < 60; ++trial) {
+      const double low = bound.over(T);
+      if (low >= levels.aim) break;
+      T *= std::clamp(0.999 * (gap - levels.aim) / (gap - low), 0.05, 0.95);
+    }
+    const double next = T >= 1 - s ? 1.0 : s + T;
+    if (next <= s) return s;
+    s = next;
+  }
+  return s;
+}
+
+double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Motion& motion_b, double tolerance) {
+  const auto& surface = index.impl();
+  const Mover b = mover(B, motion_b);
+  const Motion still;
+  const auto& X = surface.surface.vertices;
+  const auto& T = surface.surface.triangles;
+  // Triangles near the path over [s0, s1], in ascending order.
+  const auto candidates = [&](const Box3& box) {
+    auto& list = scratch.triangles;
+    list.clear();
+    surface.tree.traverse(
+        [&](const Vec3& lo, const Vec3& hi) {
+          return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+        },
+        [&](int t) {
+          if (meet(surface.triangle_box(t), box)) list.push_back(t);
+          return true;
+        });
+    std::sort(list.begin(), list.end());
+  };
+  // Triangles move with the local origin at their first corner, so that far coordinates do not cost accuracy.
+  const auto with_triangle = [&](int t, auto&& use) {
+    const Vec3& o = X[T[t][0]];
+    if (!flat_a.set(Vec3::Zero(), X[T[t][1]] - o, X[T[t][2]] - o)) return;
+    Motion at = still;
+    at.start.c = o;
+    use(Mover{&flat_a.p, &at, flat_a.p.radius});
+  };
+
+  bool touching = false;
+  const Box3 start = swept(b, 0, 0, tolerance);
+  candidates(start);
+  for (const int t : scratch.triangles) {
+    if (touching) break;
+    with_triangle(t, [&](const Mover& a) {
+      pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance, [&](const Mover& piece) {
+        if (!touching && look(a, piece, 0, scratch.a, scratch.b).gap <= tolerance) touching = true;
+      });
+    });
+  }
+
+  // Halve the interval while its box is long against the block; the earlier half first.
+  struct Span {
+    double s0, s1;
+  };
+  const double size = bounds(B, motion_b.start).diagonal().norm();
+  std::array<Span, 64> stack;
+  int top = 0;
+  stack[top++] = {0, 1};
+  while (top > 0) {
+    const Span span = stack[--top];
+    const Box3 box = swept(b, span.s0, span.s1, tolerance);
+    if (!index.overlaps(box)) continue;
+    if (box.diagonal().norm() > 3 * size + 8 * tolerance && span.s1 - span.s0 > 1e-6 && top + 2 < 64) {
+      const double middle = 0.5 * (span.s0 + span.s1);
+      stack[top++] = {middle, span.s1};
+      stack[top++] = {span.s0, middle};
+      continue;
+    }
+    candidates(box);
+    double first = never;
+    for (const int t : scratch.triangles)
+      with_triangle(t, [&](const Mover& a) {
+        pieces(b, flat_b, surface.triangle_box(t), span.s0, span.s1, tolerance, [&](const Mover& piece) {
+          first = std::min(first, piece_impact(a, piece, span.s0, std::min(first, span.s1), touching, tolerance));
+        });
+      });
+    if (first <= 1) return first;
+  }
+  return never;
+}
+
+}  // namespace talus::contact
