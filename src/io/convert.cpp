@@ -1,0 +1,144 @@
+#include "io/convert.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <iterator>
+
+#include "io/files.hpp"
+#include "io/hdf5_file.hpp"
+
+namespace talus::io {
+namespace {
+
+struct Columns {
+  std::vector<std::string> names;
+  std::vector<double> values;  // row-major
+  std::size_t rows = 0;
+};
+
+/// Names of the last axis by its length: vectors, quaternions, strains.
+std::vector<std::string> components(const std::string& dataset, std::size_t n) {
+  if (n == 3) return {"x", "y", "z"};
+  if (n == 4 && dataset == "orientation") return {"w", "x", "y", "z"};
+  if (n == 6 && dataset == "strain") return {"ex", "ey", "ez", "g_yz", "g_zx", "g_xy"};
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < n; ++i) names.push_back(std::to_string(i));
+  return names;
+}
+
+std::string last_part(const std::string& path) { return path.substr(path.rfind('/') + 1); }
+
+/// Names of the middle axis: blocks, probes.
+std::vector<std::string> items(const Hdf5File& file, const std::string& group, const std::string& dataset, std::size_t n) {
+  const std::string names = dataset == "probe_displacement" ? group + "/probe_name" : group + "/name";
+  if (file.exists(names) && file.is_text(names)) {
+    std::vector<std::string> texts = file.read_texts(names);
+    if (texts.size() == n) return texts;
+  }
+  std::vector<std::string> numbers;
+  for (std::size_t i = 0; i < n; ++i) numbers.push_back(std::to_string(i));
+  return numbers;
+}
+
+void add(const Hdf5File& file, const std::string& path, std::size_t rows, std::vector<Columns>& all) {
+  const std::string dataset = last_part(path), group = path.substr(0, path.rfind('/'));
+  const Array<double> a = file.read<double>(path);
+  if (a.rows() != rows) return;  // lists beside the histories: names, masses
+  Columns c;
+  c.rows = rows;
+  c.values = a.values;
+  const std::string unit = file.text_attribute(path, "unit");
+  const std::string suffix = unit.empty() || unit == "1" ? "" : " [" + unit + "]";
+  const bool per_block = group == "/history/blocks" || dataset == "probe_displacement";
+  if (a.dims.size() == 1) c.names = {dataset + suffix};
+  else if (a.dims.size() == 2 && !per_block)
+    for (const std::string& x : components(dataset, a.dims[1])) c.names.push_back(dataset + "." + x + suffix);
+  else if (a.dims.size() == 2)
+    for (const std::string& item : items(file, group, dataset, a.dims[1])) c.names.push_back(item + "." + dataset + suffix);
+  else
+    for (const std::string& item : items(file, group, dataset, a.dims[1]))
+      for (const std::string& x : components(dataset, a.dims[2])) c.names.push_back(item + "." + dataset + "." + x + suffix);
+  all.push_back(std::move(c));
+}
+
+/// RFC 4180: a name with a comma, quote or line break is quoted.
+std::string quoted(const std::string& name) {
+  if (name.find_first_of(",\"\n\r") == std::string::npos) return name;
+  std::string out = "\"";
+  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return out + "\"";
+}
+
+}  // namespace
+
+std::string csv_text(const std::string& results, const std::string& path) {
+  const Hdf5File file = Hdf5File::open(results);
+  if (!file.exists(path)) {
+    std::string known;
+    for (const std::string& g : {std::string("/history"), std::string("/history/structures")})
+      if (file.is_group(g))
+        for (const std::string& name : file.list(g)) known += " " + g + "/" + name;
+    throw bad_file(results, path, "there is no such history", "use /ledger or one of" + known);
+  }
+  std::vector<Columns> all;
+  const bool history = path.starts_with("/history/blocks") || path.starts_with("/history/structures") || path.starts_with("/ledger");
+  std::size_t rows = 0;
+  if (history && file.exists("/history/time")) {
+    rows = file.dims("/history/time")[0];
+    add(file, "/history/time", rows, all);
+  }
+  if (file.is_group(path)) {
+    std::vector<std::string> names = file.list(path);
+    std::stable_partition(names.begin(), names.end(), [](const std::string& n) { return n == "time"; });
+    for (const std::string& name : names) {
+      const std::string child = path + "/" + name;
+      if (file.is_group(child) || file.is_text(child)) continue;
+      if (rows == 0) rows = file.dims(child).empty() ? 0 : file.dims(child)[0];
+      add(file, child, rows, all);
+    }
+  } else if (!file.is_text(path)) {
+    if (!history) rows = file.dims(path).empty() ? 0 : file.dims(path)[0];
+    if (path != "/history/time") add(file, path, rows, all);
+  }
+  if (all.empty()) throw bad_file(results, path, "holds no numbers by row", "name a group or dataset of /history or /ledger");
+
+  fmt::memory_buffer text;
+  const char* separator = "";
+  for (const Columns& c : all)
+    for (const std::string& name : c.names) {
+      fmt::format_to(std::back_inserter(text), "{}{}", separator, quoted(name));
+      separator = ",";
+    }
+  text.push_back('\n');
+  for (std::size_t r = 0; r < rows; ++r) {
+    separator = "";
+    for (const Columns& c : all) {
+      const std::size_t w = c.names.size();
+      for (std::size_t k = 0; k < w; ++k) {
+        const double v = c.values[r * w + k];
+        // Before birth there is no value: an empty field is what spreadsheets understand.
+        if (std::isnan(v)) fmt::format_to(std::back_inserter(text), "{}", separator);
+        else fmt::format_to(std::back_inserter(text), "{}{}", separator, v);
+        separator = ",";
+      }
+    }
+    text.push_back('\n');
+  }
+  return fmt::to_string(text);
+}
+
+void convert(const std::string& in, const std::string& out) {
+  const std::size_t hash = in.find('#');
+  const std::string file = in.substr(0, hash), path = hash == std::string::npos ? "/history/blocks" : in.substr(hash + 1);
+  const std::string from = std::filesystem::path(file).extension().string(), to = std::filesystem::path(out).extension().string();
+  if (from != ".h5" && from != ".hdf5") throw bad_file(in, {}, "cannot be converted: only results.h5#/path to .csv", "name a results.h5");
+  if (to != ".csv") throw bad_file(out, {}, fmt::format("results cannot be written as \"{}\"", to), "name a .csv file");
+  if (path.empty() || path[0] != '/') throw bad_file(in, path, "a path within the file begins with /", "write results.h5#/history/blocks");
+  const std::string text = csv_text(file, path.size() > 1 && path.back() == '/' ? path.substr(0, path.size() - 1) : path);
+  write_file(out, text);
+}
+
+}  // namespace talus::io

@@ -1,0 +1,90 @@
+#include <gtest/gtest.h>
+
+#include <sstream>
+
+#include "core/error.hpp"
+#include "io/convert.hpp"
+#include "io/files.hpp"
+#include "io/hdf5_file.hpp"
+#include "scratch.hpp"
+#include "synthetic.hpp"
+
+using namespace talus;
+using talus::test::Scratch;
+using talus::test::SyntheticRun;
+
+namespace {
+
+std::vector<std::vector<std::string>> cells(const std::string& text) {
+  std::vector<std::vector<std::string>> rows;
+  std::istringstream in(text);
+  for (std::string line; std::getline(in, line);) {
+    rows.emplace_back();
+    std::istringstream parts(line + ",");
+    for (std::string cell; std::getline(parts, cell, ',');) rows.back().push_back(cell);
+  }
+  return rows;
+}
+
+struct Converted : testing::Test {
+  Scratch scratch;
+  std::string results;
+  void SetUp() override {
+    SyntheticRun run;
+    run.terrain_nodes = 5;
+    run.cells = {1, 1, 2};
+    run.history_interval = 0.05;
+    io::RecorderOptions o;
+    o.directory = scratch.path / "out";
+    o.paraview = false;
+    io::Recorder recorder(o, run.header());
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.finish({});
+    results = (scratch.path / "out/results.h5").string();
+  }
+};
+
+}  // namespace
+
+TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
+  const std::string out = (scratch.path / "blocks.csv").string();
+  io::convert(results + "#/history/blocks", out);
+  const auto rows = cells(io::read_file(out));
+  ASSERT_EQ(rows.size(), 162u);
+  ASSERT_EQ(rows[0].size(), 1 + 3 * (3 + 3 + 3 + 4 + 6 + 2));
+  EXPECT_EQ(rows[0][0], "time [s]");
+  const auto column = [&](const std::string& name) {
+    return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin());
+  };
+  const auto position = io::Hdf5File::open(results).read<double>("/history/blocks/position");
+  const std::size_t y = column("B2.position.y [m]");
+  ASSERT_LT(y, rows[0].size());
+  for (std::size_t k = 0; k < 161; k += 20) EXPECT_EQ(std::stod(rows[k + 1][y]), position.values[(k * 3 + 1) * 3 + 1]);
+  EXPECT_LT(column("B1.orientation.w"), rows[0].size());
+  EXPECT_LT(column("B1.strain.g_yz"), rows[0].size());
+  EXPECT_EQ(rows[1][column("P2-fragment-1.position.x [m]")], "");   // not born yet
+  EXPECT_NE(rows[161][column("P2-fragment-1.position.x [m]")], "");
+}
+
+TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
+  EXPECT_EQ(cells(io::csv_text(results, "/ledger"))[0].size(), 1 + 10 + 6);
+  const auto p2 = cells(io::csv_text(results, "/history/structures/P2"));
+  EXPECT_NE(std::find(p2[0].begin(), p2[0].end(), "top.probe_displacement.x [m]"), p2[0].end());
+  const auto contacts = cells(io::csv_text(results, "/history/contacts/structure"));
+  EXPECT_EQ(contacts.size(), 401u);
+  EXPECT_EQ(contacts[0][0], "time [s]");
+  EXPECT_EQ(cells(io::csv_text(results, "/history/blocks/kinetic_translational"))[0], (std::vector<std::string>{"time [s]", "B1.kinetic_translational [J]", "B2.kinetic_translational [J]", "P2-fragment-1.kinetic_translational [J]"}));
+  EXPECT_EQ(cells(io::csv_text(results, "/geometry/blocks/vertices")).size(), 25u);
+}
+
+TEST_F(Converted, BadRequestsSayWhatToDo) {
+  const std::string out = (scratch.path / "x.csv").string();
+  EXPECT_THROW(io::convert(results + "#/history/nothing", out), InputError);
+  EXPECT_THROW(io::convert(results + "#history", out), InputError);
+  EXPECT_THROW(io::convert("missing.h5#/ledger", out), InputError);
+  EXPECT_THROW(io::convert(results + "#/ledger", (scratch.path / "x.xls").string()), InputError);
+  EXPECT_THROW(io::convert("terrain.asc", out), InputError);
+  EXPECT_FALSE(std::filesystem::exists(out));
+  io::write_file(scratch.path / "junk.h5", "this is no HDF5");
+  EXPECT_THROW(io::convert((scratch.path / "junk.h5").string(), out), InputError);
+}
