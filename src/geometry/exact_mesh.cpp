@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <numeric>
 
 #include "geometry/mesh.hpp"
 
@@ -67,12 +69,63 @@ Mesh convex_hull(const std::vector<Vec3>& points) {
   }
   SurfaceMesh sm;
   if (p.size() >= 4) CGAL::convex_hull_3(p.begin(), p.end(), sm);
-  Mesh mesh = from_cgal(sm);
-  const Box3 box = mesh.bounds();
-  if (mesh.triangles.size() < 4 || !(signed_volume(mesh.vertices, mesh.triangles) > 1e-12 * std::pow(box.diagonal().norm(), 3)))
+  Mesh hull = from_cgal(sm);
+  const Box3 box = hull.bounds();
+  if (hull.triangles.size() < 4 || !(signed_volume(hull.vertices, hull.triangles) > 1e-12 * std::pow(box.diagonal().norm(), 3)))
     throw InputError(Problem{.key = "vertices", .value = fmt::format("{} points", points.size()),
                              .rule = "must span a volume (four points at least, not in one plane)",
                              .remedy = "give the corners of a body"});
+
+  // The hull is unique, but its faces come in an order, and coplanar ones in a triangulation, that depend on addresses
+  // in memory. Corners in the order of the input, faces as fans from their first corner, faces sorted: the same always.
+  std::vector<int> id(hull.vertices.size());
+  for (std::size_t v = 0; v < id.size(); ++v)
+    id[v] = static_cast<int>(std::find(points.begin(), points.end(), hull.vertices[v]) - points.begin());
+  std::map<std::pair<int, int>, int> left;  // directed edge -> triangle
+  std::vector<std::array<int, 3>> triangles = hull.triangles;
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (int& v : triangles[t]) v = id[v];
+    for (int k = 0; k < 3; ++k) left[{triangles[t][k], triangles[t][(k + 1) % 3]}] = static_cast<int>(t);
+  }
+  std::vector<int> root(triangles.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int t) {
+    while (root[t] != t) t = root[t] = root[root[t]];
+    return t;
+  };
+  for (const auto& [edge, t] : left) {
+    const int other = left.at({edge.second, edge.first});
+    for (int v : triangles[other])
+      if (v != edge.first && v != edge.second &&
+          CGAL::coplanar(p[triangles[t][0]], p[triangles[t][1]], p[triangles[t][2]], p[v]))
+        root[std::max(find(t), find(other))] = std::min(find(t), find(other));
+  }
+  std::map<int, std::map<int, int>> loops;  // face -> corner -> next corner
+  for (const auto& [edge, t] : left)
+    if (find(t) != find(left.at({edge.second, edge.first}))) loops[find(t)][edge.first] = edge.second;
+  Mesh mesh;
+  for (auto& [face, next] : loops) {
+    std::vector<int> loop{next.begin()->first};
+    for (int v = next.begin()->second; v != loop[0]; v = next.at(v)) loop.push_back(v);
+    for (std::size_t k = 0; k < loop.size() && loop.size() > 3;) {  // a point within an edge is no corner
+      const std::size_t n = loop.size();
+      if (CGAL::collinear(p[loop[(k + n - 1) % n]], p[loop[k]], p[loop[(k + 1) % n]])) loop.erase(loop.begin() + static_cast<std::ptrdiff_t>(k));
+      else ++k;
+    }
+    std::rotate(loop.begin(), std::min_element(loop.begin(), loop.end()), loop.end());
+    for (std::size_t k = 1; k + 1 < loop.size(); ++k) mesh.triangles.push_back({loop[0], loop[k], loop[k + 1]});
+  }
+  std::sort(mesh.triangles.begin(), mesh.triangles.end());
+  std::vector<int> number(points.size(), -1);
+  for (const auto& t : mesh.triangles)
+    for (int v : t) number[v] = 0;
+  for (std::size_t v = 0; v < points.size(); ++v)
+    if (number[v] == 0) {
+      number[v] = static_cast<int>(mesh.vertices.size());
+      mesh.vertices.push_back(points[v]);
+    }
+  for (auto& t : mesh.triangles)
+    for (int& v : t) v = number[v];
   return mesh;
 }
 

@@ -187,7 +187,7 @@ Mesh read_obj(const std::string& text, const std::string& name) {
         if (i == 0 || v < 0 || v >= n)
           in.position(start), in.fail("f", fmt::format("vertex must be in 1..{} (or -{}..-1)", n, n));
         loop.push_back(static_cast<int>(v));
-        in.word();  // texture and normal indices follow a slash
+        in.skip_to_blank();  // texture and normal indices follow a slash
       }
       b.face(loop, &in);
     } else if (word == "g" || word == "o") {

@@ -21,6 +21,9 @@ class TextCursor {
   void skip_blank() {
     while (p_ < end_ && (*p_ == ' ' || *p_ == '\t' || *p_ == '\r')) ++p_;
   }
+  void skip_to_blank() {
+    while (p_ < end_ && static_cast<unsigned char>(*p_) > ' ') ++p_;
+  }
   bool at_end() {
     skip_space();
     return p_ >= end_;

@@ -1,0 +1,171 @@
+#include "geometry/terrain.hpp"
+
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
+#include "geometry/mesh.hpp"
+#include "geometry/raster.hpp"
+
+using namespace talus;
+using namespace talus::geometry;
+
+namespace {
+
+struct TemporaryFile {
+  explicit TemporaryFile(const std::string& name, const std::string& text = "") {
+    path = (std::filesystem::temp_directory_path() / ("talus_terrain_" + std::to_string(::getpid()) + "_" + name)).string();
+    if (!text.empty()) std::ofstream(path) << text;
+  }
+  ~TemporaryFile() { std::filesystem::remove(path); }
+  std::string path;
+};
+
+const std::string rows = "1 2 3\n4 5 6\n7 8 9\n";  // north first
+
+}  // namespace
+
+TEST(Terrain, CornerAndCentreRegistration) {
+  const TemporaryFile corner("corner.asc", "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n" + rows);
+  const TemporaryFile centre("centre.asc", "ncols 3\nnrows 3\nxllcenter 100\nyllcenter 200\ncellsize 10\nNODATA_value -9999\n" + rows);
+  const Terrain a = load_terrain(corner.path), b = load_terrain(centre.path);
+  ASSERT_EQ(a.surface.vertices.size(), 9u);
+  EXPECT_EQ(a.surface.vertices[0], Vec3(105, 205, 7));  // cell centres, south-west first
+  EXPECT_EQ(b.surface.vertices[0], Vec3(100, 200, 7));
+  EXPECT_EQ(b.surface.vertices[8], Vec3(120, 220, 3));
+  // Each quad is split from lower left to upper right.
+  EXPECT_EQ(a.surface.triangles[0], (std::array<int, 3>{0, 1, 4}));
+  EXPECT_EQ(a.surface.triangles[1], (std::array<int, 3>{0, 4, 3}));
+}
+
+TEST(Terrain, HolesDropTrianglesAndAreRemembered) {
+  const TemporaryFile file("hole.asc", "ncols 3\nnrows 3\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n1 2 -9999\n4 5 6\n7 8 9\n");
+  const Terrain t = load_terrain(file.path);
+  EXPECT_EQ(t.surface.vertices.size(), 8u);
+  EXPECT_EQ(t.surface.triangles.size(), 6u);  // both triangles of the quad touch its upper right node
+  EXPECT_TRUE(t.over_hole(1.7, 1.6));
+  EXPECT_TRUE(t.over_hole(1.6, 1.7));
+  EXPECT_FALSE(t.over_hole(0.5, 0.5));
+  EXPECT_FALSE(t.over_hole(5, 5));  // beside the terrain, not over a hole
+  ASSERT_EQ(t.warnings.size(), 1u);
+  EXPECT_EQ(t.warnings[0].severity, Problem::Severity::warning);
+}
+
+TEST(Terrain, OriginAndCrop) {
+  const TemporaryFile file("crop.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  TerrainOptions o;
+  o.origin = {1000, 2000, 5};
+  o.crop = Box3(Vec3(0.2, 0.2, 0), Vec3(0.8, 0.8, 0));
+  const Terrain t = load_terrain(file.path, o);
+  ASSERT_EQ(t.surface.vertices.size(), 4u);
+  EXPECT_EQ(t.surface.vertices[0], Vec3(0, 0, 2));
+  o.crop = Box3(Vec3(50, 50, 0), Vec3(60, 60, 0));
+  EXPECT_THROW(load_terrain(file.path, o), InputError);
+}
+
+TEST(Terrain, GeoTiffSaysTheSameAsTheGrid) {
+  const TemporaryFile grid("same.asc", "ncols 3\nnrows 3\nxllcenter 100.25\nyllcenter 200\ncellsize 10\nNODATA_value -9999\n1.125 2 -9999\n4 5 6\n7 8 9\n");
+  const TemporaryFile tiff("same.tif");
+  Raster r = read_raster(grid.path);
+  r.crs = "EPSG:31254";
+  write_raster(tiff.path, r);
+  const Terrain a = load_terrain(grid.path), b = load_terrain(tiff.path);
+  EXPECT_EQ(a.surface.vertices, b.surface.vertices);
+  EXPECT_EQ(a.surface.triangles, b.surface.triangles);
+  EXPECT_EQ(b.crs, "EPSG:31254");
+  TerrainOptions o;
+  o.crs = "EPSG:31254";
+  EXPECT_NO_THROW(load_terrain(tiff.path, o));
+  o.crs = "EPSG:2056";
+  EXPECT_THROW(load_terrain(tiff.path, o), InputError);
+}
+
+TEST(Terrain, MeshIsTurnedUpUnlessTwoSided) {
+  const TemporaryFile file("down.obj", "v 0 0 0\nv 1 0 0\nv 0 1 1\nf 1 3 2\n");
+  EXPECT_EQ(load_terrain(file.path).surface.triangles[0], (std::array<int, 3>{0, 2, 1}));
+  TerrainOptions o;
+  o.two_sided = true;
+  EXPECT_EQ(load_terrain(file.path, o).surface.triangles[0], (std::array<int, 3>{0, 1, 2}));
+}
+
+TEST(Terrain, MaterialsByPolygon) {
+  const TemporaryFile file("material.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const TemporaryFile area("area.geojson",
+                           R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry":
+      {"type": "Polygon", "coordinates": [[[999, 1999], [1001, 1999], [1001, 2003], [999, 2003], [999, 1999]]]}}]})");
+  TerrainOptions o;
+  o.origin = {1000, 2000, 0};
+  o.default_material = 3;
+  o.material_areas.push_back({area.path, 7});
+  const Terrain t = load_terrain(file.path, o);
+  ASSERT_EQ(t.surface.material.size(), 8u);
+  int sevens = 0;
+  for (std::size_t k = 0; k < t.surface.triangles.size(); ++k) {
+    const auto& c = t.surface.triangles[k];
+    const double x = (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
+    EXPECT_EQ(t.surface.material[k], x < 1 ? 7 : 3);
+    sevens += t.surface.material[k] == 7;
+  }
+  EXPECT_EQ(sevens, 4);
+}
+
+TEST(Terrain, BadInputIsRefusedWithItsPlace) {
+  EXPECT_THROW(load_terrain("/nowhere.asc"), InputError);
+  const TemporaryFile rubbish("rubbish.asc", "this is no grid\n");
+  EXPECT_THROW(load_terrain(rubbish.path), InputError);
+  const TemporaryFile empty("empty.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n-9999 -9999\n-9999 -9999\n");
+  EXPECT_THROW(load_terrain(empty.path), InputError);
+}
+
+TEST(Terrain, WidenedLimitsAreLevelWithTheEdge) {
+  const TemporaryFile file("wide.asc", "ncols 3\nnrows 3\nxllcenter 0\nyllcenter 0\ncellsize 1\n" + rows);
+  TerrainOptions o;
+  o.widen = 10;
+  const Terrain t = load_terrain(file.path, o);
+  Box3 box;
+  for (const Vec3& v : t.surface.vertices) box.extend(v);
+  EXPECT_NEAR(box.min().x(), -10, 1e-9);
+  EXPECT_NEAR(box.max().y(), 12, 1e-9);
+  for (const auto& c : t.surface.triangles) {
+    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]]).cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
+    EXPECT_GT(n.z(), 0);
+  }
+}
+
+TEST(Terrain, SlopeFromFacesFollowsItsDips) {
+  const double deg = 3.14159265358979323846 / 180;
+  const auto s = slope_from_faces({0, 0, 100}, 90 * deg, {{60 * deg, 50}, {30 * deg, 80}, {0, 20}}, 40);
+  ASSERT_EQ(s.vertices.size(), 8u);
+  EXPECT_NEAR(s.vertices[2].x(), 25, 1e-12);  // dip direction 90: down towards +x
+  EXPECT_NEAR(s.vertices[2].z(), 100 - 50 * std::sin(60 * deg), 1e-12);
+  EXPECT_NEAR(s.vertices[7].z(), 100 - 50 * std::sin(60 * deg) - 40, 1e-12);
+  for (const auto& c : s.triangles) {
+    const Vec3 n = (s.vertices[c[1]] - s.vertices[c[0]]).cross(s.vertices[c[2]] - s.vertices[c[0]]);
+    EXPECT_GT(n.z(), 0);
+  }
+}
+
+TEST(Terrain, AMillionTrianglesLoadInTime) {
+  // 708 x 708 nodes: 999,698 triangles, as binary STL (the common case).
+  const int n = 708;
+  Mesh mesh;
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) mesh.vertices.emplace_back(j, i, 20 * std::sin(0.01 * i) * std::cos(0.013 * j));
+  for (int i = 0; i + 1 < n; ++i)
+    for (int j = 0; j + 1 < n; ++j) {
+      const int k = i * n + j;
+      mesh.triangles.push_back({k, k + 1, k + n + 1});
+      mesh.triangles.push_back({k, k + n + 1, k + n});
+    }
+  const TemporaryFile file("million.stl");
+  write_mesh(file.path, mesh);
+  const auto start = std::chrono::steady_clock::now();
+  const Terrain t = load_terrain(file.path);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  EXPECT_EQ(t.surface.triangles.size(), mesh.triangles.size());
+  EXPECT_EQ(t.surface.vertices.size(), mesh.vertices.size());
+  EXPECT_LT(seconds, 5.0);
+  RecordProperty("seconds", std::to_string(seconds));
+}
