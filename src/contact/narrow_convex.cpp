@@ -443,12 +443,14 @@ void emit_closest(const Pair& pair, const Separation& sep, std::vector<ContactPo
   emit(sep.a, sep.b, key);
 }
 
-/// Among the face axes that tie with the best one, the manifold of largest area (first A's faces, then B's).
-void tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points) {
+/// Among the face axes that tie with the best one, the manifold of largest area (first A's faces, then B's). True if it
+/// holds a point at the gap of its axis.
+bool tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points) {
   Scratch& s = pair.s;
   double best_area = -1;
   points.clear();
   Vec3 best_normal = Vec3::Zero();
+  bool realised = false;
   for (const bool of_a : {true, false}) {
     const Hull &R = of_a ? pair.A : pair.B, &Q = of_a ? pair.B : pair.A;
     for (int f = 0; f < R.p->faces(); ++f) {
@@ -457,15 +459,17 @@ void tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
       const Vec3 outward = of_a ? n : Vec3(-n);
       if (best_area >= 0 && outward.dot(best_normal) > parallel_cosine) continue;  // the same two faces again
       double area = 0;
-      face_manifold(pair, of_a, f, s.best_points, area);
+      const bool here = face_manifold(pair, of_a, f, s.best_points, area);
       if (s.best_points.empty()) continue;
       if (area > best_area + pair.touch * pair.touch) {
         best_area = area;
         best_normal = outward;
         points.swap(s.best_points);
+        realised = here;
       }
     }
   }
+  return realised;
 }
 
 }  // namespace
@@ -520,8 +524,11 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
       if (by_edge && crossing({s, s.a, s.b, pose_a.c, margin, touch + 2 * std::abs(edge.gap)}, edge)) {
         emit_edges(pair, edge, points);
       } else {
-        tied_faces(pair, face_gap, points);
-        if (points.empty() && edge.edge_a >= 0) emit_edges(pair, edge, points);
+        const bool realised = tied_faces(pair, face_gap, points);
+        if ((points.empty() || (!realised && edge.gap > face_gap + touch)) && edge.edge_a >= 0) {
+          points.clear();
+          emit_edges(pair, edge, points);
+        }
         if (points.empty()) {  // the deepest vertex along the best face axis, wherever it projects
           const Hull &R = first ? s.a : s.b, &Q = first ? s.b : s.a;
           const int f = first ? of_a.face : of_b.face;
