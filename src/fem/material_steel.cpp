@@ -1,0 +1,209 @@
+#include "fem/material_steel.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "core/error.hpp"
+
+namespace talus::material {
+namespace {
+
+class Checks {
+ public:
+  void require(bool good, const char* key, double value, const char* rule, const char* remedy) {
+    if (good) return;
+    Problem p;
+    p.key = key;
+    p.value = fmt::format("{:g}", value);
+    p.rule = rule;
+    p.remedy = remedy;
+    problems_.push_back(p);
+  }
+  void done() const {
+    if (!problems_.empty()) throw InputError(problems_);
+  }
+
+ private:
+  std::vector<Problem> problems_;
+};
+
+}  // namespace
+
+double steel_yield_at_rate(double yield, double rate) { return yield + 6e6 * std::log(std::max(1.0, std::abs(rate) / 5e-5)); }
+
+Steel::Steel(const Parameters& p) : p_(p) {
+  Checks c;
+  c.require(p.young > 0 && std::isfinite(p.young), "steel.young", p.young, "must be positive", "200 GPa");
+  c.require(p.yield > 0 && p.yield < p.young * 0.02, "steel.yield", p.yield, "must be positive and below 2 % of E", "500 MPa for B500");
+  c.require(p.ultimate >= p.yield, "steel.ultimate", p.ultimate, "must be at least the yield stress", "1.08 f_y for B500B");
+  c.require(p.fracture_strain > p.yield / p.young && p.fracture_strain < 1, "steel.fracture_strain", p.fracture_strain, "must lie between the yield strain and 1", "0.05 for B500B");
+  c.require(p.kinematic_share >= 0 && p.kinematic_share <= 1, "steel.kinematic_share", p.kinematic_share, "must be in [0, 1]", "1");
+  c.require(p.prestress >= 0 && p.prestress < p.yield, "steel.prestress", p.prestress, "must be in [0, f_y)", "at most 0.75 f_y after losses");
+  c.done();
+  const double tangent = (p.ultimate - p.yield) / (p.fracture_strain - p.yield / p.young);
+  hardening_ = tangent / (1 - tangent / p.young);  // with respect to plastic strain
+  kinematic_ = p.kinematic_share * hardening_;
+  isotropic_ = hardening_ - kinematic_;
+}
+
+Steel::Result Steel::operator()(double strain, double rate, const State& before, State& next) const {
+  const State old = before;  // next may be the same object
+  const double e = p_.young;
+  const auto stored = [&](double stress, double back) { return 0.5 * stress * stress / e + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0); };
+  next = old;
+  Result r;
+  if (old.broken > 0) return r;
+  const double trial = p_.prestress + e * (strain - old.plastic);
+  double yield = old.yield;
+  if (yield == 0) yield = p_.rate_effect ? steel_yield_at_rate(p_.yield, rate) : p_.yield;
+  const double relative = trial - old.back_stress;
+  const double excess = std::abs(relative) - (yield + isotropic_ * old.accumulated);
+  if (excess <= 0) {
+    r.stress = trial;
+    r.tangent = e;
+  } else {
+    const double sign = relative > 0 ? 1 : -1, growth = excess / (e + hardening_);
+    next.yield = yield;
+    next.plastic += sign * growth;
+    next.accumulated += growth;
+    next.back_stress += sign * kinematic_ * growth;
+    r.stress = trial - e * sign * growth;
+    r.tangent = e * hardening_ / (e + hardening_);
+    const double mean = yield + isotropic_ * (old.accumulated + 0.5 * growth);  // of |sigma - X| over the step
+    r.dissipation = mean * growth;
+  }
+  r.energy = stored(r.stress, next.back_stress);
+  if (strain + p_.prestress / e > p_.fracture_strain) {
+    r.dissipation += r.energy;
+    next.broken = 1;
+    r.stress = r.energy = r.tangent = 0;
+  }
+  return r;
+}
+
+Steel::Parameters steel_grade(const std::string& grade, const std::string& key, const std::string& file, int line) {
+  struct Row { double f_y, f_u, eps_u, e; };
+  // EN 1992-1-1 annex C (A, B, C: eps_uk 2.5, 5, 7.5 %), EN 10138 for strands, EN 10025 for sections.
+  static const std::map<std::string, Row> known{
+      {"B400", {400, 432, 0.05, 200e9}},    {"B400C", {400, 460, 0.075, 200e9}}, {"B450", {450, 520, 0.075, 200e9}}, {"B450C", {450, 520, 0.075, 200e9}},
+      {"B500", {500, 540, 0.05, 200e9}},    {"B500A", {500, 525, 0.025, 200e9}}, {"B500B", {500, 540, 0.05, 200e9}}, {"B500C", {500, 575, 0.075, 200e9}},
+      {"S235", {235, 360, 0.15, 210e9}},    {"S355", {355, 490, 0.15, 210e9}},   {"Y1770", {1560, 1770, 0.035, 195e9}}, {"Y1860", {1640, 1860, 0.035, 195e9}}};
+  Steel::Parameters p;
+  if (const auto found = known.find(grade); found != known.end()) {
+    p.young = found->second.e;
+    p.yield = found->second.f_y * 1e6;
+    p.ultimate = found->second.f_u * 1e6;
+    p.fracture_strain = found->second.eps_u;
+    return p;
+  }
+  double f_y = 0, f_u = 0, eps_u = 0;
+  int used = 0;
+  if (std::sscanf(grade.c_str(), "%lf/%lf/%lf%n", &f_y, &f_u, &eps_u, &used) == 3 && used == static_cast<int>(grade.size()) && f_y >= 100 && f_y <= 3000 &&
+      f_u >= f_y && f_u <= 4000 && eps_u > f_y / 200e3 && eps_u < 1) {
+    p.yield = f_y * 1e6;
+    p.ultimate = f_u * 1e6;
+    p.fracture_strain = eps_u;
+    return p;
+  }
+  std::string names;
+  for (const auto& [name, row] : known) names += (names.empty() ? "" : ", ") + name;
+  Problem problem;
+  problem.file = file;
+  problem.line = line;
+  problem.key = key;
+  problem.value = grade;
+  problem.rule = "not a known steel grade";
+  problem.remedy = "use one of " + names + ", or f_y/f_u/eps_u in MPa and 1, such as 464/630/0.1";
+  throw InputError(problem);
+}
+
+BondSlip::BondSlip(const Parameters& p) : p_(p) {
+  Checks c;
+  c.require(p.f_cm >= 8e6 && p.f_cm <= 130e6, "bond.f_cm", p.f_cm, "must be between 8 and 130 MPa", "give it in Pa or with its unit");
+  s1_ = p.good_conditions ? 1.0e-3 : 1.8e-3;
+  s2_ = p.good_conditions ? 2.0e-3 : 3.6e-3;
+  s3_ = p.rib_spacing;
+  c.require(p.rib_spacing > s2_ && p.rib_spacing < 0.1, "bond.rib_spacing", p.rib_spacing, "must be above s_2 (2 mm, 3.6 mm for other bond conditions) and below 0.1 m", "10 mm");
+  c.done();
+  tau_max_ = (p.good_conditions ? 2.5 : 1.25) * std::sqrt(p.f_cm / 1e6) * 1e6;
+  unloading_ = 200e9;
+}
+
+double BondSlip::envelope(double slip) const {
+  const double s = std::abs(slip);
+  if (s <= s1_) return tau_max_ * std::pow(s / s1_, 0.4);
+  if (s <= s2_) return tau_max_;
+  if (s <= s3_) return tau_max_ * (1 - 0.6 * (s - s2_) / (s3_ - s2_));
+  return 0.4 * tau_max_;
+}
+
+BondSlip::Result BondSlip::operator()(double slip, const State& before, State& next) const {
+  const State old = before;  // next may be the same object
+  next = old;
+  next.largest = std::max(old.largest, std::abs(slip));
+  const double trial = unloading_ * (slip - old.plastic);
+  // Away from the origin (also on reloading) the envelope rules; on the way back only friction does.
+  const bool outward = trial * slip >= 0;
+  const double bound = (outward ? 1.0 : 0.25) * envelope(next.largest);
+  Result r;
+  r.stress = std::clamp(trial, -bound, bound);
+  next.plastic = slip - r.stress / unloading_;
+  r.energy = 0.5 * r.stress * r.stress / unloading_;
+  r.dissipation = std::max(0.0, r.stress * (next.plastic - old.plastic));
+  return r;
+}
+
+Bearing::Bearing(const Parameters& p) : p_(p) {
+  Checks c;
+  c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive", "1e9 N/m");
+  c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive", "1e7 N/m");
+  c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction, "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");
+  c.require(p.seat_length > 0, "bearing.seat_length", p.seat_length, "must be positive", "0.4 m");
+  c.require(p.seat_width >= 0, "bearing.seat_width", p.seat_width, "must not be negative", "0 for a guided deck");
+  c.done();
+}
+
+Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before, State& next) const {
+  const State old = before;  // next may be the same object
+  next = old;
+  Result r;
+  if (old.lost > 0) return r;
+  if (std::abs(u[0]) > p_.seat_length || (p_.seat_width > 0 && std::abs(u[1]) > p_.seat_width)) {
+    next.lost = 1;
+    return r;
+  }
+  const double depth = std::max(0.0, closing);
+  r.normal = p_.normal_stiffness * depth;
+  std::array<double, 2> t{p_.shear_stiffness * (u[0] - old.slip[0]), p_.shear_stiffness * (u[1] - old.slip[1])};
+  const double size = std::hypot(t[0], t[1]), bound = p_.friction * r.normal;
+  if (size > bound) {
+    const double f = size > 0 ? bound / size : 0;
+    double work = 0;
+    for (int i = 0; i < 2; ++i) {
+      const double elastic = t[i];
+      t[i] *= f;
+      const double moved = (elastic - t[i]) / p_.shear_stiffness;
+      next.slip[i] += moved;
+      work += t[i] * moved;
+    }
+    r.dissipation = work;
+  }
+  r.shear = {-t[0], -t[1]};
+  r.energy = 0.5 * p_.normal_stiffness * depth * depth + 0.5 * (t[0] * t[0] + t[1] * t[1]) / p_.shear_stiffness;
+  return r;
+}
+
+bool Erosion::operator()(const double* damage, int points, double strain, double critical_step, double first_critical_step) const {
+  if (!(strain <= principal_strain)) return true;  // also when it is not a number
+  if (critical_step < step_ratio * first_critical_step) return true;
+  for (int i = 0; i < points; ++i)
+    if (damage[i] < cap) return false;
+  return points > 0;
+}
+
+}  // namespace talus::material

@@ -1,0 +1,125 @@
+/// Laws in one dimension for steel and for what lies between steel, concrete and supports.
+///
+/// Bar (bilinear J2, uniaxial):
+///   sigma = sigma_0 + E (eps - eps_p),  |sigma - X| <= f_y + H_i kappa,  dX = H_k deps_p,  dkappa = |deps_p|
+///   f_y(rate) = f_y + 6 MPa ln(rate / 5e-5 1/s), at least f_y, frozen when yielding starts       [ceb187]
+///   broken once the total strain beyond the initial one exceeds eps_u
+///
+/// symbol    meaning                                                                  unit
+/// sigma_0   initial stress (prestress)                                               Pa
+/// H_k H_i   kinematic and isotropic share of the hardening modulus                   Pa
+/// energy    sigma^2 / (2 E) + X^2 / (2 H_k)                                          J/m^3
+///
+/// Bond (slip s of the bar against the concrete) [mc2010, 6.1.1, pull-out failure]:
+///   tau = tau_max (s/s_1)^0.4, s <= s_1;  tau_max, s <= s_2;  falling to tau_f = 0.4 tau_max at s_3; tau_f beyond
+///   good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8 mm, 3.6 mm; s_3 = rib spacing
+///   unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
+///
+/// Bearing: N = k_n max(0, delta); horizontal k_t (u - u_p) with |T| <= mu N; once |u| along the seat exceeds its length the deck has
+/// lost its support there and the bearing carries nothing any more.
+#pragma once
+#include <array>
+#include <string>
+
+namespace talus::material {
+
+class Steel {
+ public:
+  struct Parameters {
+    double young = 200e9;             ///< [Pa]
+    double yield = 500e6;             ///< f_y [Pa]
+    double ultimate = 540e6;          ///< stress at the fracture strain [Pa]
+    double fracture_strain = 0.05;    ///< eps_u
+    double kinematic_share = 1;       ///< of the hardening, in [0, 1]; 1 gives a Bauschinger effect
+    double prestress = 0;             ///< sigma_0 [Pa]
+    bool rate_effect = true;
+  };
+  struct State {
+    double plastic = 0, accumulated = 0, back_stress = 0;
+    double yield = 0;                 ///< frozen with its rate factor when yielding starts; 0 before
+    double broken = 0;                ///< 1 once broken
+  };
+  struct Result {
+    double stress = 0;       ///< [Pa]
+    double energy = 0;       ///< stored [J/m^3]; a bar that breaks gives it up as dissipation
+    double dissipation = 0;  ///< this call [J/m^3]
+    double tangent = 0;      ///< d stress / d strain [Pa]
+  };
+  explicit Steel(const Parameters& p);
+  const Parameters& parameters() const { return p_; }
+  /// strain: since the bar was placed (without the initial one); rate: its magnitude matters [1/s].
+  Result operator()(double strain, double rate, const State& old, State& next) const;
+
+ private:
+  Parameters p_;
+  double hardening_ = 0, kinematic_ = 0, isotropic_ = 0;
+};
+
+/// CEB: f_y + 6 MPa ln(rate / 5e-5), at least f_y [Pa].
+double steel_yield_at_rate(double yield, double rate);
+
+/// "B500A/B/C", "B400", "B450", "S235", "S355", "Y1770", "Y1860", or "f_y/f_u/eps_u" in MPa, MPa, 1 ("464/630/0.1"). Throws InputError.
+Steel::Parameters steel_grade(const std::string& grade, const std::string& key = "grade", const std::string& file = {}, int line = 0);
+
+class BondSlip {
+ public:
+  struct Parameters {
+    double f_cm = 38e6;         ///< [Pa]
+    bool good_conditions = true;
+    double rib_spacing = 0.01;  ///< s_3 [m]
+  };
+  struct State {
+    double plastic = 0, largest = 0;  ///< slip [m]
+  };
+  struct Result {
+    double stress = 0, energy = 0, dissipation = 0;  ///< per area of the bar's surface: Pa, J/m^2, J/m^2
+  };
+  explicit BondSlip(const Parameters& p);
+  const Parameters& parameters() const { return p_; }
+  double envelope(double slip) const;
+  double strength() const { return tau_max_; }
+  Result operator()(double slip, const State& old, State& next) const;
+
+ private:
+  Parameters p_;
+  double tau_max_ = 0, s1_ = 0, s2_ = 0, s3_ = 0, unloading_ = 0;
+};
+
+class Bearing {
+ public:
+  struct Parameters {
+    double normal_stiffness = 1e9;      ///< [N/m]
+    double shear_stiffness = 1e7;       ///< [N/m]
+    double friction = 0.3;
+    double seat_length = 0.5;           ///< travel along the first axis before the deck falls off [m]
+    double seat_width = 0;              ///< the same across; 0: guided or wide enough
+  };
+  struct State {
+    std::array<double, 2> slip{};  ///< plastic part of the horizontal displacement [m]
+    double lost = 0;               ///< 1 once off its seat
+  };
+  struct Result {
+    double normal = 0;               ///< compression [N]
+    std::array<double, 2> shear{};   ///< on the deck, along and across [N]
+    double energy = 0, dissipation = 0;  ///< [J]
+  };
+  explicit Bearing(const Parameters& p);
+  const Parameters& parameters() const { return p_; }
+  /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed, along and across [m].
+  Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next) const;
+
+ private:
+  Parameters p_;
+};
+
+/// An integration point counts as failed at the damage cap in tension; an element erodes when all its points have failed, or one
+/// principal strain exceeds 0.10, or its critical step fell below a tenth of its first. The mass of its nodes stays.
+struct Erosion {
+  double cap = 1 - 1e-5;
+  double principal_strain = 0.10;
+  double step_ratio = 0.1;
+  /// damage: of the n points (the larger of tension and compression); strain: largest magnitude of a principal strain in the cell.
+  bool operator()(const double* damage, int points, double strain, double critical_step, double first_critical_step) const;
+};
+
+}  // namespace talus::material

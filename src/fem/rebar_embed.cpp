@@ -1,0 +1,261 @@
+#include "fem/rebar_embed.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <unordered_map>
+
+#include "core/error.hpp"
+
+namespace talus::rebar {
+namespace {
+
+constexpr int corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+
+Mat3 gradient(const std::array<Vec3, 8>& x, const Vec3& xi) {
+  Mat3 j = Mat3::Zero();
+  for (int i = 0; i < 8; ++i) {
+    const double a = 1 + corner[i][0] * xi.x(), b = 1 + corner[i][1] * xi.y(), c = 1 + corner[i][2] * xi.z();
+    j.col(0) += 0.125 * corner[i][0] * b * c * x[i];
+    j.col(1) += 0.125 * corner[i][1] * a * c * x[i];
+    j.col(2) += 0.125 * corner[i][2] * a * b * x[i];
+  }
+  return j;
+}
+
+/// Uniform grid over the cells' boxes. Cell lists are sorted, so the first match does not depend on hashing.
+class GridSearch {
+ public:
+  GridSearch(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance) : nodes_(nodes), hexes_(hexes), tolerance_(tolerance) {
+    double size = 0;
+    for (const auto& hex : hexes) {
+      Box3 box;
+      for (const int n : hex) box.extend(nodes[n]);
+      size += box.sizes().maxCoeff();
+      all_.extend(box);
+    }
+    size_ = hexes.empty() ? 1 : size / double(hexes.size());
+    for (std::size_t c = 0; c < hexes.size(); ++c) {
+      Box3 box;
+      for (const int n : hexes[c]) box.extend(nodes[n]);
+      const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
+      const auto low = key_of(box.min() - Vec3::Constant(margin)), high = key_of(box.max() + Vec3::Constant(margin));
+      for (long i = low[0]; i <= high[0]; ++i)
+        for (long j = low[1]; j <= high[1]; ++j)
+          for (long k = low[2]; k <= high[2]; ++k) buckets_[pack({i, j, k})].push_back(static_cast<int>(c));
+    }
+  }
+
+  std::optional<HostPoint> operator()(const Vec3& p) const {
+    const auto found = buckets_.find(pack(key_of(p)));
+    if (found == buckets_.end()) return {};
+    std::optional<HostPoint> nearly;  // outside all cells by no more than the tolerance
+    for (const int c : found->second) {
+      std::array<Vec3, 8> x;
+      Box3 box;
+      for (int i = 0; i < 8; ++i) {
+        x[i] = nodes_[hexes_[c][i]];
+        box.extend(x[i]);
+      }
+      const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
+      if ((p - box.min()).minCoeff() < -margin || (box.max() - p).minCoeff() < -margin) continue;
+      Vec3 xi = Vec3::Zero();
+      bool solved = false;
+      for (int it = 0; it < 30; ++it) {
+        const auto n = hex_shape(xi);
+        Vec3 r = p;
+        for (int i = 0; i < 8; ++i) r -= n[i] * x[i];
+        const Vec3 step = gradient(x, xi).partialPivLu().solve(r);
+        if (!step.allFinite()) break;
+        xi += step;
+        if (xi.cwiseAbs().maxCoeff() > 10) break;
+        if (step.cwiseAbs().maxCoeff() < 1e-13) {
+          solved = true;
+          break;
+        }
+      }
+      if (!solved) continue;
+      const double reach = xi.cwiseAbs().maxCoeff();
+      const HostPoint here{c, xi.cwiseMax(-1.0).cwiseMin(1.0)};
+      if (reach <= 1 + 1e-11) return here;
+      if (!nearly && reach <= 1 + 2 * tolerance_) nearly = here;
+    }
+    return nearly;
+  }
+
+ private:
+  std::array<long, 3> key_of(const Vec3& p) const {
+    const Vec3 q = (p - all_.min()) / size_;
+    return {long(std::floor(q.x())), long(std::floor(q.y())), long(std::floor(q.z()))};
+  }
+  static std::uint64_t pack(const std::array<long, 3>& k) {
+    std::uint64_t h = 0;
+    for (const long x : k) h = (h << 21) | (std::uint64_t(x + (1 << 20)) & 0x1fffff);
+    return h;
+  }
+  std::span<const Vec3> nodes_;
+  std::span<const std::array<int, 8>> hexes_;
+  double tolerance_, size_ = 1;
+  Box3 all_;
+  std::unordered_map<std::uint64_t, std::vector<int>> buckets_;
+};
+
+struct Sample {
+  double t;
+  std::optional<HostPoint> host;
+};
+
+/// Splits [a, b] until its ends lie in one cell (cells are convex enough that what lies between does too) or it is short.
+void refine(const Vec3& p, const Vec3& q, const Sample& a, const Sample& b, const HostSearch& host, std::vector<Sample>& out) {
+  const bool same = a.host && b.host && a.host->cell == b.host->cell;
+  if (!same && b.t - a.t > 1e-9) {
+    Sample mid{0.5 * (a.t + b.t), {}};
+    mid.host = host(p + mid.t * (q - p));
+    if (!mid.host) {  // outside: enough to report it, no need to find the exact edge
+      out.push_back(mid);
+      return;
+    }
+    refine(p, q, a, mid, host, out);
+    out.push_back(mid);
+    refine(p, q, mid, b, host, out);
+  }
+}
+
+}  // namespace
+
+std::array<double, 8> hex_shape(const Vec3& xi) {
+  std::array<double, 8> n;
+  for (int i = 0; i < 8; ++i) n[i] = 0.125 * (1 + corner[i][0] * xi.x()) * (1 + corner[i][1] * xi.y()) * (1 + corner[i][2] * xi.z());
+  return n;
+}
+
+HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance) {
+  return [grid = std::make_shared<const GridSearch>(nodes, hexes, tolerance)](const Vec3& p) { return (*grid)(p); };
+}
+
+std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key) {
+  std::vector<Problem> problems;
+  std::vector<Segment> segments;
+  for (std::size_t index = 0; index < bars.size(); ++index) {
+    const Bar& bar = bars[index];
+    double arc = 0;
+    std::optional<Vec3> outside;
+    for (std::size_t leg = 1; leg < bar.points.size() && !outside; ++leg) {
+      const Vec3 p = bar.points[leg - 1], q = bar.points[leg];
+      const double length = (q - p).norm();
+      std::vector<Sample> samples;
+      // A leg can leave the concrete and return: sample it first at a handful of points, then bisect.
+      constexpr int coarse = 16;
+      for (int i = 0; i <= coarse; ++i) {
+        const double t = double(i) / coarse;
+        Sample s{t, host(p + t * (q - p))};
+        if (i > 0) {
+          const Sample previous = samples.back();
+          if (previous.host && s.host) refine(p, q, previous, s, host, samples);
+        }
+        samples.push_back(s);
+      }
+      for (const Sample& s : samples)
+        if (!s.host && !outside) outside = p + s.t * (q - p);
+      if (outside) break;
+      for (std::size_t i = 0; i < samples.size();) {
+        std::size_t j = i;
+        while (j + 1 < samples.size() && samples[j + 1].host->cell == samples[i].host->cell) ++j;
+        const double from = samples[i].t, to = samples[j].t;
+        if (to - from > 1e-8) {
+          Segment s;
+          s.bar = static_cast<int>(index);
+          s.cell = samples[i].host->cell;
+          s.start = hex_shape(samples[i].host->xi);
+          s.end = hex_shape(samples[j].host->xi);
+          s.length = (to - from) * length;
+          s.area = bar.area();
+          s.arc = arc + from * length;
+          segments.push_back(s);
+        }
+        i = j + 1;
+      }
+      arc += length;
+    }
+    if (outside && problems.size() < 50) {
+      Problem problem;
+      problem.file = bar.file;
+      problem.line = bar.line;
+      problem.key = fmt::format("{} bar {}", key, bar.name);
+      problem.value = fmt::format("({:.4g}, {:.4g}, {:.4g})", outside->x(), outside->y(), outside->z());
+      problem.rule = "this point of the bar lies outside the concrete";
+      problem.remedy = "move or shorten the bar; coordinates are those of the scene, in metres";
+      problems.push_back(problem);
+    }
+  }
+  if (!problems.empty()) throw InputError(problems);
+  return segments;
+}
+
+EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes)
+    : bars_(std::move(bars)), segments_(std::move(segments)) {
+  laws_.reserve(bars_.size());
+  for (const Bar& b : bars_) laws_.emplace_back(b.steel);
+  nodes_.reserve(segments_.size());
+  for (Segment& s : segments_) {
+    nodes_.push_back(hexes[s.cell]);
+    // The length as the strain sees it, so that an undeformed bar has no strain to the last bit.
+    Vec3 d = Vec3::Zero();
+    for (int i = 0; i < 8; ++i) d += (s.end[i] - s.start[i]) * reference[nodes_.back()[i]];
+    s.length = d.norm();
+  }
+}
+
+EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
+                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive) const {
+  Sums sums;
+  for (std::size_t k = 0; k < segments_.size(); ++k) {
+    const Segment& s = segments_[k];
+    if (alive && !alive[s.cell]) {
+      next[k] = old[k];
+      next_strain[k] = old_strain[k];
+      continue;
+    }
+    const auto& nodes = nodes_[k];
+    Vec3 d = Vec3::Zero();
+    std::array<double, 8> delta;
+    for (int i = 0; i < 8; ++i) {
+      delta[i] = s.end[i] - s.start[i];
+      d += delta[i] * current[nodes[i]];
+    }
+    const double l = d.norm();
+    const double strain = (l - s.length) / s.length;
+    const double rate = h > 0 ? (strain - old_strain[k]) / h : 0.0;
+    const bool was_broken = old[k].broken > 0;
+    const auto r = laws_[s.bar](strain, rate, old[k], next[k]);
+    next_strain[k] = strain;
+    const double volume = s.area * s.length;
+    sums.energy += volume * r.energy;
+    sums.dissipation += volume * r.dissipation;
+    if (!was_broken) sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
+    sums.yielding += next[k].accumulated > 0;
+    sums.broken += next[k].broken > 0;
+    if (r.stress == 0) continue;
+    const Vec3 f = (s.area * r.stress / l) * d;
+    for (int i = 0; i < 8; ++i)
+      for (int c = 0; c < 3; ++c) force[3 * nodes[i] + c] += delta[i] * f[c];
+  }
+  return sums;
+}
+
+void EmbeddedBars::add_mass(double density, std::span<double> mass) const {
+  for (std::size_t k = 0; k < segments_.size(); ++k) {
+    const Segment& s = segments_[k];
+    const double m = density * s.area * s.length;
+    for (int i = 0; i < 8; ++i) mass[nodes_[k][i]] += 0.5 * m * (s.start[i] + s.end[i]);
+  }
+}
+
+double EmbeddedBars::stiffness(std::size_t segment) const {
+  const Segment& s = segments_[segment];
+  return bars_[s.bar].steel.young * s.area / s.length;
+}
+
+}  // namespace talus::rebar

@@ -1,0 +1,83 @@
+/// Bars embedded in hexahedra: polylines cut by the cells, strain from the host's shape functions, perfect bond.
+///
+///   a, b     ends of a segment in its host cell;  D_i = N_i(b) - N_i(a)
+///   d = sum_i D_i x_i,  l = |d|,  eps = (l - L) / L,  sigma by the steel law
+///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to x_i (internal force, resists motion)
+///
+/// symbol   meaning                                                        unit    shape
+/// x_i      current positions of the host's nodes, VTK order               m       8 x 3
+/// xi       reference coordinates in [-1, 1]^3                             -       3
+/// L A      initial length and area of the segment                         m, m^2  1
+///
+/// A bar replaces no concrete: its area is extra stiffness (E_s - E_c is not subtracted), as usual for embedded trusses.
+#pragma once
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/types.hpp"
+#include "fem/rebar_geometry.hpp"
+
+namespace talus::rebar {
+
+struct HostPoint {
+  int cell = -1;
+  Vec3 xi = Vec3::Zero();
+};
+/// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces any of the cells.
+using HostSearch = std::function<std::optional<HostPoint>(const Vec3&)>;
+
+/// Trilinear shape functions of a hexahedron, VTK order, xi in [-1, 1]^3.
+std::array<double, 8> hex_shape(const Vec3& xi);
+
+/// Search over a mesh given as arrays; they must outlive the function. `tolerance`: how far outside, relative to the cell, still
+/// counts as inside.
+HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<int, 8>> hexes, double tolerance = 1e-6);
+
+struct Segment {
+  int bar = 0;                      ///< index into the bars
+  int cell = 0;
+  std::array<double, 8> start{}, end{};  ///< shape functions at both ends
+  double length = 0, area = 0;      ///< L, A
+  double arc = 0;                   ///< distance of its start from the start of the bar [m]
+};
+
+/// Cuts every leg of every bar where it passes from cell to cell (to 1e-9 of the leg). Throws InputError that names each bar
+/// with a part outside all cells, and where.
+std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key = "structure.rebar");
+
+/// All segments with their laws and states.
+class EmbeddedBars {
+ public:
+  struct Sums {
+    double energy = 0, dissipation = 0;  ///< stored now; of this call [J]
+    double largest_strain = 0;
+    int yielding = 0, broken = 0;
+  };
+  EmbeddedBars() = default;
+  EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes);
+
+  /// Adds internal forces (3 per node) for the current positions; h: time since the last call [s], 0 for no rate effect. `next`
+  /// may be `old`. Cells that are not alive carry nothing.
+  Sums forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
+              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive = nullptr) const;
+
+  const std::vector<Bar>& bars() const { return bars_; }
+  const std::vector<Segment>& segments() const { return segments_; }
+  std::vector<material::Steel::State> initial_states() const { return std::vector<material::Steel::State>(segments_.size()); }
+  /// Mass of steel per node to add to the lumped mass [kg]; density of steel minus that of the concrete displaced.
+  void add_mass(double density, std::span<double> mass) const;
+  /// Axial stiffness E A / L of each segment: bounds the critical step.
+  double stiffness(std::size_t segment) const;
+
+ private:
+  std::vector<Bar> bars_;
+  std::vector<Segment> segments_;
+  std::vector<std::array<int, 8>> nodes_;  // of each segment's host
+  std::vector<material::Steel> laws_;      // of each bar
+};
+
+}  // namespace talus::rebar

@@ -1,0 +1,168 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "fem/material_steel.hpp"
+
+namespace talus::material {
+namespace {
+
+TEST(Steel, BilinearCurveAndFracture) {
+  Steel::Parameters p;
+  p.rate_effect = false;
+  const Steel law(p);
+  Steel::State state;
+  const double eps_y = p.yield / p.young, slope = (p.ultimate - p.yield) / (p.fracture_strain - eps_y);
+  double work = 0, lost = 0, before = 0, eps = 0;
+  for (int i = 1; i < 5000; ++i) {
+    const double next = p.fracture_strain * i / 5000.0;
+    const auto r = law(next, 0, state, state);
+    EXPECT_NEAR(r.stress, next <= eps_y ? p.young * next : p.yield + slope * (next - eps_y), 1e-6 * p.yield);
+    work += 0.5 * (r.stress + before) * (next - eps);
+    lost += r.dissipation;
+    EXPECT_NEAR(work, r.energy + lost, 1e-4 * work + 1);
+    before = r.stress;
+    eps = next;
+  }
+  const auto broken = law(1.001 * p.fracture_strain, 0, state, state);
+  EXPECT_EQ(broken.stress, 0);
+  EXPECT_EQ(state.broken, 1);
+  EXPECT_GT(broken.dissipation, 0);
+  EXPECT_EQ(law(0, 0, state, state).stress, 0);
+}
+
+TEST(Steel, CycleShowsTheBauschingerEffectAndTheTangentIsTheDerivative) {
+  for (const double share : {0.0, 0.5, 1.0}) {
+    Steel::Parameters p;
+    p.rate_effect = false;
+    p.kinematic_share = share;
+    p.ultimate = 700e6;
+    const Steel law(p);
+    Steel::State state;
+    const double top = law(0.02, 0, state, state).stress;
+    double strain = 0.02, stress = top;
+    Steel::State walk = state;
+    while (true) {  // unload until it yields the other way
+      strain -= 1e-5;
+      const auto r = law(strain, 0, walk, walk);
+      ASSERT_GE(r.dissipation, 0);
+      stress = r.stress;
+      if (r.tangent < 0.9 * p.young) break;
+    }
+    const double hardened = top - p.yield;
+    EXPECT_NEAR(stress, top - 2 * (p.yield + (1 - share) * hardened), 4e-3 * p.yield) << share;
+    for (const double e : {0.001, 0.015, 0.03}) {
+      Steel::State a, b, c;
+      const auto r = law(e, 0, Steel::State{}, a);
+      const double fd = (law(e + 1e-8, 0, Steel::State{}, b).stress - law(e - 1e-8, 0, Steel::State{}, c).stress) / 2e-8;
+      EXPECT_NEAR(fd / r.tangent, 1, 1e-5);
+    }
+  }
+}
+
+TEST(Steel, RateFactorIsFrozenAtYield) {
+  EXPECT_NEAR(steel_yield_at_rate(500e6, 1), 500e6 + 6e6 * std::log(1 / 5e-5), 1);
+  EXPECT_EQ(steel_yield_at_rate(500e6, 1e-9), 500e6);
+  Steel::Parameters p;
+  p.ultimate = p.yield * 1.0000001;
+  const Steel law(p);
+  Steel::State state;
+  const auto fast = law(0.004, 1.0, state, state);
+  EXPECT_NEAR(fast.stress, steel_yield_at_rate(p.yield, 1), 1e3);
+  EXPECT_NEAR(law(0.005, 0.0, state, state).stress, fast.stress, 1e3);
+}
+
+TEST(Steel, PrestressIsThereAtZeroStrain) {
+  Steel::Parameters p = steel_grade("Y1860");
+  p.prestress = 1200e6;
+  p.rate_effect = false;
+  const Steel law(p);
+  Steel::State state;
+  EXPECT_EQ(law(0, 0, state, state).stress, 1200e6);
+  EXPECT_NEAR(law(-0.001, 0, state, state).stress, 1200e6 - 195e6, 1);
+  const double room = (p.yield - p.prestress) / p.young;
+  EXPECT_NEAR(law(room, 0, state, state).stress, p.yield, 1);
+  EXPECT_EQ(state.plastic, 0);
+}
+
+TEST(Steel, GradesAndBadInput) {
+  EXPECT_DOUBLE_EQ(steel_grade("B500B").ultimate, 540e6);
+  const auto own = steel_grade("464/630/0.1");
+  EXPECT_DOUBLE_EQ(own.yield, 464e6);
+  EXPECT_DOUBLE_EQ(own.ultimate, 630e6);
+  EXPECT_DOUBLE_EQ(own.fracture_strain, 0.1);
+  for (const char* bad : {"", "B5000", "464", "464/630", "464/400/0.1", "464/630/0.1x", "5/6/0.1"}) EXPECT_THROW(steel_grade(bad), InputError) << bad;
+  Steel::Parameters p;
+  p.yield = -1;
+  EXPECT_THROW(Steel{p}, InputError);
+  p = {};
+  p.prestress = 600e6;
+  EXPECT_THROW(Steel{p}, InputError);
+  p = {};
+  p.fracture_strain = 1e-3;
+  EXPECT_THROW(Steel{p}, InputError);
+}
+
+TEST(BondSlip, EnvelopeAndUnloading) {
+  BondSlip::Parameters p;
+  const BondSlip law(p);
+  const double top = 2.5 * std::sqrt(38.0) * 1e6;
+  EXPECT_NEAR(law.strength(), top, 1);
+  BondSlip::State state;
+  double slip = 0;
+  for (int i = 1; i <= 1200; ++i) {
+    slip = i * 1e-5;
+    const auto r = law(slip, state, state);
+    const double expected = slip <= 1e-3 ? top * std::pow(slip / 1e-3, 0.4) : slip <= 2e-3 ? top : slip <= 10e-3 ? top * (1 - 0.6 * (slip - 2e-3) / 8e-3) : 0.4 * top;
+    EXPECT_NEAR(r.stress, std::min(expected, 200e9 * slip), 1e-9 * top);
+    EXPECT_GE(r.dissipation, 0);
+  }
+  const double there = law(slip, state, state).stress;
+  EXPECT_NEAR(law(slip - 1e-5, state, state).stress, there - 200e9 * 1e-5, 1);
+  const auto back = law(slip - 1e-3, state, state);
+  EXPECT_NEAR(back.stress, -0.25 * 0.4 * top, 1);
+  EXPECT_GT(back.dissipation, 0);
+  p.rib_spacing = 1e-3;
+  EXPECT_THROW(BondSlip{p}, InputError);
+}
+
+TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
+  Bearing::Parameters p;
+  p.normal_stiffness = 1e9;
+  p.shear_stiffness = 1e7;
+  p.friction = 0.3;
+  p.seat_length = 0.4;
+  const Bearing law(p);
+  Bearing::State state;
+  auto r = law(1e-3, {0.01, 0}, state, state);
+  EXPECT_DOUBLE_EQ(r.normal, 1e6);
+  EXPECT_NEAR(r.shear[0], -1e5, 1e-6);
+  EXPECT_EQ(r.dissipation, 0);
+  r = law(1e-3, {0.1, 0.1}, state, state);
+  EXPECT_NEAR(std::hypot(r.shear[0], r.shear[1]), 0.3e6, 1e-6);
+  EXPECT_GT(r.dissipation, 0);
+  r = law(-1e-3, {0.1, 0.1}, state, state);
+  EXPECT_EQ(r.normal, 0);
+  EXPECT_NEAR(std::hypot(r.shear[0], r.shear[1]), 0, 1e-9);
+  r = law(1e-3, {0.41, 0.1}, state, state);
+  EXPECT_EQ(r.normal, 0);
+  EXPECT_EQ(state.lost, 1);
+  EXPECT_EQ(law(1e-3, {0, 0}, state, state).normal, 0);  // it does not climb back
+  p.seat_length = 0;
+  EXPECT_THROW(Bearing{p}, InputError);
+}
+
+TEST(Erosion, EachCriterion) {
+  const Erosion erosion;
+  const double capped[3] = {1 - 1e-5, 1 - 1e-5, 1 - 1e-5}, alive[3] = {1 - 1e-5, 0.9, 1 - 1e-5};
+  EXPECT_TRUE(erosion(capped, 3, 0.01, 1, 1));
+  EXPECT_FALSE(erosion(alive, 3, 0.01, 1, 1));
+  EXPECT_TRUE(erosion(alive, 3, 0.11, 1, 1));
+  EXPECT_TRUE(erosion(alive, 3, 0.01, 0.09, 1));
+  EXPECT_TRUE(erosion(alive, 3, std::nan(""), 1, 1));
+  EXPECT_FALSE(erosion(nullptr, 0, 0.01, 1, 1));
+}
+
+}  // namespace
+}  // namespace talus::material
