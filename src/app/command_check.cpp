@@ -1,0 +1,21 @@
+#include <fmt/format.h>
+
+#include "app/commands.hpp"
+#include "scene/scene.hpp"
+#include "sim/simulation.hpp"
+
+namespace talus::app {
+
+int command_check(const Options& options) {
+  scene::Scene scene = scene::read_scene(options.input, options.overrides());
+  for (const Problem& warning : scene.warnings) fmt::print(stderr, "{}\n", warning.str());
+  const std::size_t warnings = scene.warnings.size();
+  const sim::Simulation simulation(std::move(scene));
+  const std::string title = simulation.header().title;
+  fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
+  for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
+  fmt::print("\n{}\n", warnings == 0 ? "No problems found." : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));
+  return done;
+}
+
+}  // namespace talus::app

@@ -1,0 +1,197 @@
+// talus run: reads, builds, steps, records.
+#include <csignal>
+#include <filesystem>
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include "app/commands.hpp"
+#include "app/progress.hpp"
+#include "core/sha256.hpp"
+#include "io/checkpoint.hpp"
+#include "io/recorder.hpp"
+#include "sim/simulation.hpp"
+
+namespace talus::app {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::atomic<int> stop_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+extern "C" void on_signal(int number) {
+  stop_signal.store(number);
+  std::signal(number, SIG_DFL);   // the second one ends the program at once
+}
+
+constexpr const char* checkpoint_name = "checkpoint.h5";
+constexpr const char* journal_position = "recorder.journal_position";
+constexpr const char* fragment_names = "recorder.fragment_names";
+
+/// Names as whole numbers, byte by byte, since a checkpoint holds nothing else.
+std::vector<std::int64_t> packed(const std::vector<std::string>& names) {
+  std::vector<std::int64_t> out;
+  for (const std::string& name : names) {
+    for (const char c : name) out.push_back(static_cast<unsigned char>(c));
+    out.push_back(0);
+  }
+  return out;
+}
+
+std::vector<std::string> unpacked(const std::vector<std::int64_t>& bytes) {
+  std::vector<std::string> names;
+  std::string name;
+  for (const std::int64_t c : bytes) {
+    if (c != 0) {
+      name += static_cast<char>(c);
+      continue;
+    }
+    names.push_back(name);
+    name.clear();
+  }
+  return names;
+}
+
+/// What a checkpoint must share with the scene it goes on with. The number of threads changes no bit of the result, so
+/// it may differ.
+std::string scene_hash(const std::string& resolved) {
+  std::string text = resolved;
+  if (const auto at = text.find("\"threads\":"); at != std::string::npos) text.erase(at, text.find('\n', at) - at);
+  return sha256(text);
+}
+
+class RecordingSink : public sim::Sink {
+ public:
+  RecordingSink(io::Recorder& recorder, std::string hash) : recorder_(recorder), hash_(std::move(hash)) {}
+
+  void history(const sim::HistoryRow& row) override { recorder_.history(row); }
+  void contacts(std::span<const sim::ContactRow> rows) override { recorder_.contacts(rows); }
+  void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures) override { recorder_.field(time, poses, structures); }
+  void extend(std::span<const sim::RunHeader::BlockInfo> fragments) override {
+    recorder_.extend(fragments);
+    for (const auto& fragment : fragments) recorder_.log().info("fragment", {{"name", fragment.name}, {"mass", fragment.mass}});
+  }
+  void checkpoint(const sim::Checkpoint& state) override {
+    io::Checkpoint out;
+    out.scene_hash = hash_;
+    out.version = TALUS_VERSION;
+    out.numbers = state.numbers;
+    out.integers = state.integers;
+    out.integers[fragment_names] = packed(state.fragment_names);
+    out.integers[journal_position] = {static_cast<std::int64_t>(recorder_.checkpoint())};
+    io::save_checkpoint(recorder_.directory() / checkpoint_name, out);
+    recorder_.log().info("checkpoint");
+  }
+  void progress(double time, double duration, const sim::RunCounters& counters, double residual) override { line_.show(time, duration, counters, residual); }
+  void end_line() { line_.clear(); }
+
+ private:
+  io::Recorder& recorder_;
+  std::string hash_;
+  ProgressLine line_;
+};
+
+void print_result(const sim::RunResult& result, const fs::path& directory, double time) {
+  const sim::RunCounters& n = result.counters;
+  fmt::print("{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU\n", result.status, time, n.steps, n.rejected, n.contacts, n.cpu_seconds);
+  if (result.audit_made)
+    fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse against momentum {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
+               result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
+  if (!result.message.empty()) fmt::print("{}\n", result.message);
+  fmt::print("Results: {}\n", directory.string());
+}
+
+}  // namespace
+
+std::string output_directory(const Options& options) {
+  if (!options.output.empty()) return options.output;
+  std::string stem = fs::path(options.input).stem().string();
+  const std::string ending = ".resolved";
+  if (stem.size() > ending.size() && stem.compare(stem.size() - ending.size(), ending.size(), ending) == 0) stem.resize(stem.size() - ending.size());
+  return (fs::path("results") / stem).string();
+}
+
+int run_scene(scene::Scene scene, const Options& options) {
+  const fs::path directory = output_directory(options);
+  io::check_directory(directory);
+  const std::string resolved = scene.resolved_json;
+  const std::string hash = scene_hash(resolved);
+  const std::string scene_file = scene.file;
+  const std::vector<Problem> warnings = scene.warnings;
+  for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
+
+  std::vector<std::string> reports;   // of the build, before there is a log
+  io::Recorder* sink_log = nullptr;
+  sim::Simulation simulation(std::move(scene), [&](const std::string& line) {
+    if (sink_log) sink_log->log().info("report", {{"text", line}});
+    else reports.push_back(line);
+  });
+
+  std::uint64_t position = 0;
+  bool resumed = false;
+  if (options.resume) {
+    const fs::path file = directory / checkpoint_name;
+    if (fs::exists(file)) {
+      const io::Checkpoint stored = io::load_checkpoint(file, hash, TALUS_VERSION);
+      sim::Checkpoint state;
+      state.numbers = stored.numbers;
+      state.integers = stored.integers;
+      const auto names = state.integers.find(fragment_names), journal = state.integers.find(journal_position);
+      if (names == state.integers.end() || journal == state.integers.end() || journal->second.size() != 1)
+        throw io::bad_file(file, "checkpoint", "lacks the recorder's part", "run from the start, without --resume");
+      state.fragment_names = unpacked(names->second);
+      position = static_cast<std::uint64_t>(journal->second[0]);
+      state.integers.erase(fragment_names);
+      state.integers.erase(journal_position);
+      simulation.restore(state);
+      resumed = true;
+    } else if (!fs::exists(directory / io::marker_name)) {
+      throw io::bad_file(directory, "--resume", "there is no run to go on with", "leave --resume out to start one, or name its directory with -o");
+    } else {
+      fmt::print(stderr, "No checkpoint yet in {}: starting from t = 0.\n", directory.string());
+    }
+  }
+
+  const io::RecorderOptions recording{directory, scene_file, resolved, true};
+  io::Recorder recorder = resumed ? io::Recorder(recording, position) : io::Recorder(recording, simulation.header());
+  sink_log = &recorder;
+  recorder.log().info(resumed ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"time", simulation.time()}});
+  for (const Problem& warning : warnings) recorder.log().warning("scene", {{"text", warning.str()}});
+  for (const std::string& line : simulation.plan()) recorder.log().info("plan", {{"text", line}});
+  for (const std::string& line : reports) recorder.log().info("report", {{"text", line}});
+  if (!resumed)
+    for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
+  else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
+  std::fflush(stdout);
+
+  std::signal(SIGINT, on_signal);
+  std::signal(SIGTERM, on_signal);
+  RecordingSink sink(recorder, hash);
+  const sim::RunResult result = simulation.run(sink, &stop_signal);
+  sink.end_line();
+
+  io::Outcome outcome;
+  outcome.status = result.status;
+  outcome.message = result.message;
+  outcome.counters = result.counters;
+  outcome.audit = result.audit;
+  outcome.audit_made = result.audit_made;
+  recorder.finish(outcome);
+  const sim::RunCounters& n = result.counters;
+  recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"time", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
+                              {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
+                              {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
+  // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
+  if (result.status == "done" || result.status == "at rest") {
+    std::error_code ignored;
+    fs::remove(directory / checkpoint_name, ignored);
+  }
+  print_result(result, directory, simulation.time());
+  return result.exit_code;
+}
+
+int command_run(const Options& options) { return run_scene(scene::read_scene(options.input, options.overrides()), options); }
+
+}  // namespace talus::app

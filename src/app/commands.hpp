@@ -1,0 +1,24 @@
+/// One function a command; each returns the exit code and throws InputError for bad input (exit code 2).
+#pragma once
+#include "app/cli.hpp"
+
+namespace talus::app {
+
+int command_run(const Options& options);
+int command_check(const Options& options);
+int command_cut(const Options& options);
+int command_impact(const Options& options);
+int command_capacity(const Options& options);
+int command_verify(const Options& options);
+int command_formulas(const Options& options);
+int command_report(const Options& options);
+int command_convert(const Options& options);
+int command_explain(const Options& options);
+
+/// Runs a scene that has been read; the common part of run and impact.
+int run_scene(scene::Scene scene, const Options& options);
+
+/// `results/<stem>` of the scene unless -o says otherwise.
+std::string output_directory(const Options& options);
+
+}  // namespace talus::app

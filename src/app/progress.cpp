@@ -1,0 +1,35 @@
+#include "app/progress.hpp"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace talus::app {
+
+ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_ - std::chrono::hours(1)) {}
+
+void ProgressLine::show(double time, double duration, const sim::RunCounters& counters, double residual) {
+  if (!terminal_) return;
+  if (first_time_ < 0) first_time_ = time;
+  const auto now = Clock::now();
+  if (now - last_ < std::chrono::milliseconds(100)) return;
+  last_ = now;
+  const double elapsed = std::chrono::duration<double>(now - start_).count();
+  std::string left = "-";
+  if (time > first_time_ && elapsed > 0.5) {
+    const long seconds = static_cast<long>((duration - time) / (time - first_time_) * elapsed + 0.5);
+    left = seconds >= 3600 ? fmt::format("{}:{:02d}:{:02d}", seconds / 3600, seconds / 60 % 60, seconds % 60) : fmt::format("{}:{:02d}", seconds / 60, seconds % 60);
+  }
+  fmt::print(stderr, "\r\033[Kt {:.4g} of {:.4g} s  dt {:.2g}  contacts {}  iterations {}  energy residual {:.1e}  left {}", time, duration, counters.dt, counters.contacts,
+             counters.newton + counters.sweeps, residual, left);
+  std::fflush(stderr);
+  shown_ = true;
+}
+
+void ProgressLine::clear() {
+  if (shown_) fmt::print(stderr, "\r\033[K");
+  shown_ = false;
+}
+
+}  // namespace talus::app

@@ -1,0 +1,23 @@
+/// The progress line of a run, on a terminal only: t, dt, contacts, iterations, energy residual, time left.
+#pragma once
+#include <chrono>
+
+#include "sim/frame.hpp"
+
+namespace talus::app {
+
+class ProgressLine {
+ public:
+  ProgressLine();
+  /// Writes at most ten times a second, so that it costs nothing beside the run.
+  void show(double time, double duration, const sim::RunCounters& counters, double residual);
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_ = false, shown_ = false;
+  Clock::time_point start_, last_;
+  double first_time_ = -1;
+};
+
+}  // namespace talus::app
