@@ -71,8 +71,10 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
   for (const auto& v : V.vertices) {
     const std::size_t start = out.size();
     bool behind = false;
-    const Patch::Triangle* on_edge = nullptr;  // the best of faces that meet in a convex edge on which the vertex lies
-    double on_edge_falling = -infinity;
+    // Faces that meet in a convex edge on which the vertex lies, the one that its cone admits best first.
+    constexpr int most = 8;
+    std::pair<double, const Patch::Triangle*> on_edge[most];
+    int on_edges = 0;
     const auto emit = [&](const Patch::Triangle& t, const Vec3& n, const Vec3& foot, double gap) {
       for (std::size_t i = start; i < out.size(); ++i)  // the next triangle of the same plane
         if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 && std::abs(out[i].gap - gap) <= 4 * s.touch) return;
@@ -100,14 +102,30 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
       if (fall < -steep && facing(V, v, t.n) > -lean) continue;  // the far side of the other body
       if (where == 1 && h <= s.touch) {
         if (fall < -steep) continue;  // flush with a side wall
-        if (fall > on_edge_falling + 1e-9) on_edge_falling = fall, on_edge = &t;
+        int at = on_edges < most ? on_edges++ : most;
+        for (; at > 0 && (at == most || on_edge[at - 1].first < fall - 1e-9); --at)
+          if (at < most) on_edge[at] = on_edge[at - 1];
+        if (at < most) on_edge[at] = {fall, &t};
         continue;
       }
       emit(t, t.n, v.x - h * t.n, h);
     }
-    if (on_edge) {
-      const double h = on_edge->n.dot(v.x) - on_edge->level;
-      emit(*on_edge, on_edge->n, v.x - h * on_edge->n, h);
+    // Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of a notch both.
+    for (int i = 0; i < on_edges; ++i) {
+      const auto& t = *on_edge[i].second;
+      bool excluded = false;
+      for (int j = 0; j < i && !excluded; ++j) {
+        const auto& u = *on_edge[j].second;
+        if (on_edge[j].first == -infinity) continue;
+        const double above = t.n.dot(u.a + u.b + u.c) / 3 - t.level;
+        excluded = above < -lean * (u.a - u.b).norm() && t.n.dot(u.n) < parallel_cosine;
+      }
+      if (excluded) {
+        on_edge[i].first = -infinity;
+        continue;
+      }
+      const double h = t.n.dot(v.x) - t.level;
+      emit(t, t.n, v.x - h * t.n, h);
     }
     if (!behind) continue;
 
@@ -223,7 +241,7 @@ void vertex_vertex(const Search& s, std::vector<ContactPoint>& out) {
 }
 
 /// Area of triangle t clipped by the convex polygon / triangle q, both within `lean` of opposed.
-double clipped_area(Scratch& w, const Patch::Triangle& t, const Patch::Triangle& q, double touch) {
+double clipped_area(Scratch& w, const Patch::Triangle& t, const Patch::Triangle& q) {
   w.polygon.clear();
   w.polygon.push_back({t.a, 0, 0});
   w.polygon.push_back({t.b, 0, 0});
@@ -234,7 +252,6 @@ double clipped_area(Scratch& w, const Patch::Triangle& t, const Patch::Triangle&
     clip_half_space(w.polygon, *p[k], m, 0.0, 0, w.clipped);
     w.polygon.swap(w.clipped);
   }
-  (void)touch;
   if (w.polygon.size() < 3) return 0;
   return std::max(0.0, polygon_area(w.polygon, t.n, [](const ClipVertex& v) -> const Vec3& { return v.x; }));
 }
@@ -306,17 +323,6 @@ void press_areas(const Search& s, const Polyhedron& b, Scratch& w, std::vector<C
     if (std::find(seen.begin(), seen.end(), face) != seen.end()) continue;
     seen.push_back(face);
     const Vec3 n = s.B.triangles[i].n;
-    double area = 0;
-    for (const auto& t : s.A.triangles) {
-      if (t.n.dot(n) > -parallel_cosine) continue;
-      for (const auto& q : s.B.triangles) {
-        if (q.face != face) continue;
-        const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;
-        if (std::min({h0, h1, h2}) > s.margin || std::max({h0, h1, h2}) < -s.depth) continue;
-        area += clipped_area(w, t, q, s.touch);
-      }
-    }
-    if (area <= 0) continue;
     w.chosen.clear();
     const int first = b.face_offset[face], last = b.face_offset[face + 1];
     for (int k = 0; k < static_cast<int>(points.size()); ++k) {
@@ -333,9 +339,37 @@ void press_areas(const Search& s, const Polyhedron& b, Scratch& w, std::vector<C
         on = b.edges[feature].left == face || b.edges[feature].right == face;
       if (on) w.chosen.push_back(k);
     }
+    if (w.chosen.empty()) continue;
+    double deepest = infinity;
+    for (const int k : w.chosen) deepest = std::min(deepest, points[k].gap);
+    double area = 0;
+    for (const auto& t : s.A.triangles) {
+      if (t.n.dot(n) > -parallel_cosine) continue;
+      for (const auto& q : s.B.triangles) {
+        if (q.face != face) continue;
+        const double h0 = t.n.dot(q.a) - t.level, h1 = t.n.dot(q.b) - t.level, h2 = t.n.dot(q.c) - t.level;
+        if (std::min({h0, h1, h2}) > s.margin || std::max({h0, h1, h2}) < deepest - s.touch) continue;
+        area += clipped_area(w, t, q);
+      }
+    }
+    if (area <= 0) continue;
     assign_area(w, w.chosen, n, area, points);
     for (const int k : w.chosen) points[k].face_b = face;
   }
+}
+
+/// A vertex on a vertex is found from both sides, a crossing at a corner from two edges: the first one stays.
+void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
+  std::size_t kept = 0;
+  const double close = 16 * s.touch * s.touch;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    bool known = false;
+    for (std::size_t j = 0; j < kept && !known; ++j)
+      known = (points[i].point_b - points[j].point_b).squaredNorm() <= close &&
+              (points[i].normal - points[j].normal).squaredNorm() <= 1e-12;
+    if (!known) points[kept++] = points[i];
+  }
+  points.resize(kept);
 }
 
 int finish(const Search& s, const Polyhedron& b, const Vec3& origin, Scratch& w, std::vector<ContactPoint>& out) {
@@ -347,6 +381,7 @@ int finish(const Search& s, const Polyhedron& b, const Vec3& origin, Scratch& w,
   vertex_edge(s, s.A, s.B, true, points);
   vertex_edge(s, s.B, s.A, false, points);
   vertex_vertex(s, points);
+  remove_doubles(s, points);
   press_areas(s, b, w, points);
   for (auto& c : points) {
     c.point_a += origin;
