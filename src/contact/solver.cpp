@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "contact/problem.hpp"
+#include "contact/solver_interior.hpp"
 #include "contact/solver_newton.hpp"
 #include "contact/solver_sweep.hpp"
 #include "contact/solver_system.hpp"
@@ -22,7 +23,9 @@ void ContactProblem::clear() {
 
 struct ContactSolver::Work {
   System system;
-  Newton newton;
+  Hessian hessian;
+  Newton newton{hessian};
+  Interior interior{hessian};
   std::vector<Vec3> p, best_p, trial_p;
   std::vector<double> v, trial_v, best_v;
   double best = 0;
@@ -77,7 +80,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     work.consider(work.p, work.v, system.residual(work.v, work.p));
   }
   if (work.best > tolerance) {
-    work.newton.prepare(system);
+    work.hessian.prepare(system);
     NewtonOptions options;
     options.tolerance = tolerance;
     options.max_newton = settings.max_newton;
@@ -93,22 +96,33 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       work.consider(work.trial_p, work.trial_v, outcome.residual);
       return work.best <= tolerance;
     };
-    bool done = attempt(1e-4, std::min(settings.max_newton, 30));
+    auto interior = [&](const std::vector<Vec3>& start, double distance) {
+      InteriorOptions inside;
+      inside.tolerance = std::max(tolerance, 1e-7 * settings.velocity_scale);
+      inside.start = distance;
+      work.trial_p = start;
+      system.velocities(work.trial_p, work.trial_v);
+      const InteriorOutcome outcome = work.interior.run(system, work.trial_p, work.trial_v, inside);
+      report.newton += outcome.iterations;
+      work.consider(work.trial_p, work.trial_v, outcome.residual);
+      return work.best <= tolerance;
+    };
+    bool done = attempt(1e-4, std::min(settings.max_newton, system.n <= 48 ? 20 : 8));
     if (!done) {
-      // Cold: forget the warm start, let sweeps find the regions, start with a soft proximal term.
+      // Cold: the interior point from the warm start, at the distance its residual tells; then from nothing. The Newton
+      // method finishes, since the regions are known by then.
       report.tier = 'B';
       for (int round = 0; round < 3 && !done; ++round) {
-        if (round == 0)
-          std::fill(work.p.begin(), work.p.end(), Vec3::Zero());
-        else
+        if (round == 0) {
           work.p = work.best_p;
-        for (int i = 0; i < nc; ++i) work.p[i].x() = std::max(work.p[i].x(), system.touch[i].law.floor);
-        system.velocities(work.p, work.v);
-        sweep(system, work.p, work.v, 40);
-        report.sweeps += 40;
-        system.velocities(work.p, work.v);
-        work.consider(work.p, work.v, system.residual(work.v, work.p));
-        done = work.best <= tolerance || attempt(round == 1 ? 1e-2 : 1e-3, settings.max_newton);
+          done = interior(work.p, work.best);
+        } else {
+          for (int i = 0; i < nc; ++i) work.p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
+          system.velocities(work.p, work.v);
+          done = interior(work.p, system.residual(work.v, work.p) * (round == 1 ? 1 : 10));
+        }
+        work.p = work.best_p;
+        done = done || attempt(1e-4, 20) || attempt(1e-3, 20);
       }
     }
     if (!done) {
@@ -125,7 +139,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
         }
         options.convex = true;
         options.epsilon = 1e-3;
-        options.max_newton = 4 * settings.max_newton;
+        options.max_newton = settings.max_newton;
         options.tolerance = std::max(tolerance, 0.01 * work.best);
         const NewtonOutcome outcome = work.newton.run(system, work.p, work.v, options);
         report.newton += outcome.newton;

@@ -11,7 +11,7 @@
 #pragma once
 #include <vector>
 
-#include "contact/solver_linear.hpp"
+#include "contact/solver_hessian.hpp"
 #include "contact/solver_system.hpp"
 
 namespace talus::contact::detail {
@@ -32,10 +32,9 @@ struct NewtonOutcome {
 
 class Newton {
  public:
-  void prepare(const System& system);
+  explicit Newton(Hessian& hessian) : hessian_(&hessian) {}
   /// p: in the first multipliers, out the best impulses found; v their velocities.
   NewtonOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const NewtonOptions& options);
-  std::size_t factor_entries() const { return lu_.factor_entries(); }
 
  private:
   struct Point {  // everything that is known at a trial v
@@ -45,14 +44,9 @@ class Newton {
     double merit = 0;
   };
   void evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex, Point& point, bool derivatives);
-  void assemble(const System& system, const std::vector<unsigned char>& state);
   double exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon, const Point& from);
 
-  BlockLU lu_;
-  std::vector<int> sizes_;
-  std::vector<std::pair<int, int>> pairs_;
-  std::vector<std::pair<std::uint64_t, int>> keys_;
-  std::vector<int> pair_of_, first_pair_;   // pair of bodies of every two terms of a contact; negative: swapped
+  Hessian* hessian_;
   Point here_, there_;
   std::vector<Mat3> D_;
   std::vector<double> step_, work_, candidate_, reach_;

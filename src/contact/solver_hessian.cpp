@@ -1,0 +1,90 @@
+#include "contact/solver_hessian.hpp"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace talus::contact::detail {
+
+namespace {
+
+template <int NA, int NB>
+inline void add_block_fixed(const double* Ja, int na, const double* T, int nb, double* H) {
+  const int ra = NA > 0 ? NA : na, rb = NB > 0 ? NB : nb;
+  for (int c = 0; c < rb; ++c) {
+    const double t0 = T[c], t1 = T[rb + c], t2 = T[2 * rb + c];
+    double* h = H + c * ra;
+    for (int r = 0; r < ra; ++r) h[r] += Ja[r] * t0 + Ja[ra + r] * t1 + Ja[2 * ra + r] * t2;
+  }
+}
+
+inline void add_block(const double* Ja, int na, const double* T, int nb, double* H) {
+  if (na == 6 && nb == 6) return add_block_fixed<6, 6>(Ja, 6, T, 6, H);
+  if (na == 12 && nb == 12) return add_block_fixed<12, 12>(Ja, 12, T, 12, H);
+  if (na == 3 && nb == 3) return add_block_fixed<3, 3>(Ja, 3, T, 3, H);
+  add_block_fixed<0, 0>(Ja, na, T, nb, H);
+}
+
+}  // namespace
+
+void Hessian::prepare(const System& system) {
+  sizes_ = system.ndof;
+  keys_.clear();
+  first_pair_.clear();
+  int count = 0;
+  const std::uint64_t bodies = system.body.size();
+  for (const Touch& t : system.touch) {
+    first_pair_.push_back(count);
+    for (int a = 0; a < t.count; ++a)
+      for (int b = a + 1; b < t.count; ++b) {
+        const std::uint64_t i = system.terms[t.first + a].body, j = system.terms[t.first + b].body;
+        keys_.emplace_back(std::min(i, j) * bodies + std::max(i, j), count++);
+      }
+  }
+  pair_of_.resize(count);
+  std::sort(keys_.begin(), keys_.end());
+  pairs_.clear();
+  for (std::size_t k = 0; k < keys_.size(); ++k) {
+    if (k == 0 || keys_[k].first != keys_[k - 1].first)
+      pairs_.emplace_back(static_cast<int>(keys_[k].first / bodies), static_cast<int>(keys_[k].first % bodies));
+    pair_of_[keys_[k].second] = static_cast<int>(pairs_.size()) - 1;
+  }
+  lu.analyse(sizes_, pairs_);
+}
+
+void Hessian::assemble(const System& system, const Mat3* derivative, const unsigned char* state) {
+  lu.set_zero();
+  for (std::size_t b = 0; b < system.body.size(); ++b) {
+    const int m = system.ndof[b];
+    std::copy_n(system.mass.data() + system.matrix[b], m * m, lu.diagonal(static_cast<int>(b)));
+  }
+  static thread_local std::vector<double> T;
+  for (int i = 0; i < system.contacts(); ++i) {
+    if (state && state[i] == open) continue;
+    const Touch& t = system.touch[i];
+    const Mat3& D = derivative[i];
+    int pair = first_pair_[i];
+    for (int b = 0; b < t.count; ++b) {
+      const TouchTerm& tb = system.terms[t.first + b];
+      const double* Jb = system.J.data() + tb.at;
+      T.resize(std::max<std::size_t>(T.size(), 3 * tb.n));
+      for (int r = 0; r < 3; ++r)
+        for (int c = 0; c < tb.n; ++c)
+          T[r * tb.n + c] = D(r, 0) * Jb[c] + D(r, 1) * Jb[tb.n + c] + D(r, 2) * Jb[2 * tb.n + c];
+      for (int a = 0; a < t.count; ++a) {
+        const TouchTerm& ta = system.terms[t.first + a];
+        double* H;
+        if (a == b) {
+          H = lu.diagonal(ta.body);
+        } else {
+          // Pairs of terms are numbered (0,1), (0,2), ..., (1,2), ...
+          const int lo = std::min(a, b), hi = std::max(a, b);
+          const int index = pair_of_[pair + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1];
+          H = ta.body < tb.body ? lu.upper(index) : lu.lower(index);
+        }
+        add_block(system.J.data() + ta.at, ta.n, T.data(), tb.n, H);
+      }
+    }
+  }
+}
+
+}  // namespace talus::contact::detail
