@@ -70,7 +70,7 @@ class SubStep {
     contacts_.reset();
     prepare(h);
     std::vector<char> stale(at(system_.islands()), 1);
-    const double tolerance = 1e-7 * history_.half_height;
+    const double tolerance = 1e-7 * history_.half_height;  // of the slip, as in Shi's program
     for (int k = 0; k < settings_.iteration_cap; ++k) {
       ++report_.iterations;
       bool settled = true;
@@ -80,14 +80,15 @@ class SubStep {
         bool sliding = false, changed = false;
         for (const std::size_t c : island_contacts_[at(island)]) {
           WorkingContact& w = contacts_.list[c];
-          const StatusChange change = update_status(w, D_, h, tolerance);
+          const StatusChange change = update_status(w, D_, h, tolerance, settings_.relock_loaded);
           if (change.opened_or_closed || (settings_.settle_shear && change.locked_or_slid)) settled = false;
           changed = changed || change.opened_or_closed || change.locked_or_slid;
           sliding = sliding || w.status == Contact::sliding;
         }
         stale[at(island)] = changed || sliding;  // a solve with the same springs and forces would give the same
       }
-      if (settled) return true;
+      const bool more = std::any_of(stale.begin(), stale.end(), [](char c) { return c != 0; });
+      if (settled && (k + 1 >= settings_.least_iterations || !more)) return true;
     }
     return false;
   }
@@ -103,6 +104,16 @@ class SubStep {
       d = std::max(d, D.head<3>().norm() + b.shape->radius * (D.segment<3>(3).norm() + D.tail<6>().norm()));
     }
     return d;
+  }
+
+  /// A block that the step would turn inside out, -1 if none.
+  int inverted() const {
+    for (int i = 0; i < n_; ++i) {
+      const Vec12& D = D_[at(i)];
+      if (s_.model.blocks[at(i)].fixed) continue;
+      if (!(step_map(D.segment<3>(3), D.tail<6>(), settings_.post_correction).determinant() > 0)) return i;
+    }
+    return -1;
   }
 
   void commit(double h) {
@@ -125,9 +136,6 @@ class SubStep {
       const double strain = volume * energy_density(stress, young, poisson);
 
       A = step_map(D.segment<3>(3), D.tail<6>(), settings_.post_correction) * A;
-      if (!(A.determinant() > 0))
-        throw NumericalFailure(fmt::format("dda-1988: block {} turned inside out (determinant {:.3g}); the step is too long",
-                                           b.name, A.determinant()));
       history_.stress[at(i)] = stress;
       state_.c[at(i)] += D.head<3>();
       const Mat3 R = polar_rotation(A);
@@ -325,10 +333,14 @@ Shi1988Report Shi1988::step(const Model& model, State& state, Shi1988State& hist
     bool settled = false;
     for (;;) {
       settled = sub.iterate(h);
+      const int inverted = sub.inverted();
       const bool may_cut = h > smallest * (1 + 1e-9);
       const double displacement = sub.largest_displacement();
-      if (!settled && may_cut) {
+      if ((!settled || inverted >= 0) && may_cut) {
         h = std::max(smallest, h * settings_.step_cut);
+      } else if (inverted >= 0) {
+        throw NumericalFailure(fmt::format("dda-1988: block {} would turn inside out in a step of {:.3g} s",
+                                           model.blocks[at(inverted)].name, h));
       } else if (displacement > 3 * allowed && may_cut) {
         h = std::max(smallest, h / std::sqrt(displacement / allowed));
       } else if (2 * displacement > margin * (1 + 1e-9)) {

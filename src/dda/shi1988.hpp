@@ -35,6 +35,8 @@ namespace talus::dda {
 struct Shi1988Settings {
   bool post_correction = true;      // Eq. (4); off: first-order displacements, the block grows
   int iteration_cap = 8;            // of the open-close iteration: six and two more
+  int least_iterations = 2;         // while anything slides: the friction of one iteration lags by a whole step
+  bool relock_loaded = true;        // a contact that stops sliding locks with its spring at the friction it had; false: slack
   bool settle_shear = false;        // false: settled when no contact opens or closes (Shi's program); true: nor locks or slides
   double step_cut = 1.0 / 3.0;      // of a step that does not settle
   double step_growth = 1.3;         // after a cut, per settled step
@@ -46,7 +48,7 @@ struct Shi1988Settings {
   double fixed_point_penalty = 0.0; // [N/m]; 0: as `penalty`
   double rigid_young = 50e9;        // [Pa] for a block without Young's modulus: the scheme knows no rigid block
   double rigid_poisson = 0.2;
-  int direct_limit = 40;            // islands up to this many blocks are factorised, bigger ones by conjugate gradients
+  int direct_limit = 16;            // islands up to this many blocks are factorised, bigger ones by conjugate gradients
 };
 
 /// A contact point with its history.
@@ -114,8 +116,8 @@ class Shi1988 {
  public:
   explicit Shi1988(Shi1988Settings settings = {}) : settings_(settings) {}
 
-  /// Advances by dt, in sub-steps if the iteration does not settle. Throws NumericalFailure if a block turns inside out or
-  /// the solution is not finite.
+  /// Advances by dt, in sub-steps if the iteration does not settle. Throws NumericalFailure if at the smallest step a block
+  /// would turn inside out, or if the solution is not finite; state and history are then those of the last whole sub-step.
   Shi1988Report step(const Model& model, State& state, Shi1988State& history, const std::vector<Plane>& planes,
                      const std::vector<const contact::SurfaceIndex*>& surfaces, const ContactLaws& laws, double dt) const;
 

@@ -282,7 +282,7 @@ void assemble(const WorkingContact& c, double h, BlockSystem& system) {
   }
 }
 
-StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance) {
+StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance, bool relock_loaded) {
   const Vec3& n = c.record.normal;
   const Vec3 u = c.relative_displacement(D, h);
   c.used = {c.status, c.reference, c.slip, c.lagged_normal};
@@ -311,7 +311,8 @@ StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, doubl
       c.slip = shear.normalized();
     }
   } else if (c.step_shear.dot(c.slip) < -tolerance) {
-    now = Status::locked;  // turned round
+    now = Status::locked;  // turned round: the spring starts at the beginning of the step
+    c.reference = relock_loaded ? Vec3(strength / c.ks * c.slip) : Vec3(Vec3::Zero());
   } else if (const double length = c.step_shear.norm(); length > tolerance) {
     c.slip = c.step_shear / length;
   }

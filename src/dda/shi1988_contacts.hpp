@@ -69,9 +69,9 @@ class ContactList {
 void assemble(const WorkingContact& c, double h, BlockSystem& system);
 
 /// Table 1 after a solve, by the rules of Shi's program. `tolerance` [m]: slip below it does not count as turned round.
-/// Returns what changed.
+/// `relock_loaded`: see Shi1988Settings. Returns what changed.
 struct StatusChange { bool opened_or_closed = false; bool locked_or_slid = false; };
-StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance);
+StatusChange update_status(WorkingContact& c, const std::vector<Vec12>& D, double h, double tolerance, bool relock_loaded);
 
 /// k_n of a pair whose law names none [N/m].
 double default_penalty(const Shi1988Settings& settings, double young_a, double young_b);
