@@ -1,0 +1,383 @@
+// Cells to blocks: gluing, merging of slivers, and the boundary of each block without the traces of the division.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "geometry/cut_internal.hpp"
+#include "geometry/mesh.hpp"
+
+namespace talus::geometry::cutting {
+namespace {
+
+struct DisjointSets {
+  std::vector<int> parent;
+  explicit DisjointSets(std::size_t n) : parent(n) { std::iota(parent.begin(), parent.end(), 0); }
+  int find(int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  }
+  void join(int a, int b) {
+    a = find(a), b = find(b);
+    parent[std::max(a, b)] = std::min(a, b);
+  }
+};
+
+/// The boundary of one block as the complex has it.
+struct Side {
+  int face;               // of the complex
+  int cell;               // the block's cell behind it
+  std::vector<int> loop;  // outward, vertices of the complex; later local copies
+  int plane, joint;
+  bool along;             // outward normal = plane's normal
+  double area;
+};
+
+class BlockBuilder {
+ public:
+  BlockBuilder(const CellComplex& complex, const std::vector<Mark>& marks, const std::vector<int>& block_of)
+      : complex_(complex), marks_(marks), block_of_(block_of) {}
+
+  CutBlock build(const std::vector<int>& cells) {
+    collect(cells);
+    copy_corners();
+    double volume = 0;
+    for (int c : cells) volume += complex_.volume(c);
+    std::vector<std::array<int, 3>> triangles;
+    std::vector<int> joint;
+    const double size = bounds().diagonal().norm();
+    if (!simplified(triangles, joint) || std::abs(signed_volume(x_, triangles) - volume) > 1e-12 * size * size * size) raw(triangles, joint);
+    CutBlock block;
+    block.cells = static_cast<int>(cells.size());
+    block.centroid = centroid(triangles);
+    for (Vec3& v : x_) v -= block.centroid;
+    block.volume = signed_volume(x_, triangles);
+    block.body = make_polyhedron(x_, triangles, 1e-7);
+    // The joint of a face: that of the larger part of its triangles (coplanar parts may come from two joints).
+    block.body.face_joint_set.assign(block.body.faces(), -1);
+    std::map<std::pair<int, int>, double> share;
+    for (std::size_t t = 0; t < triangles.size(); ++t) {
+      const auto& c = triangles[t];
+      share[{block.body.triangle_face[t], joint[t]}] += (x_[c[1]] - x_[c[0]]).cross(x_[c[2]] - x_[c[0]]).norm();
+    }
+    std::vector<double> best(block.body.faces(), -1);
+    for (const auto& [key, area] : share)
+      if (area > best[key.first]) best[key.first] = area, block.body.face_joint_set[key.first] = key.second;
+    return block;
+  }
+
+ private:
+  void collect(const std::vector<int>& cells) {
+    sides_.clear();
+    const int block = block_of_[cells[0]];
+    for (int c : cells)
+      for (int f : complex_.cells()[c].faces) {
+        const auto& face = complex_.faces()[f];
+        const bool first = face.cell[0] == c;
+        const int other = face.cell[first ? 1 : 0];
+        if (other >= 0 && block_of_[other] == block) continue;
+        Side s{f, c, face.loop, face.plane, marks_[face.mark].joint, false, complex_.area(f)};
+        if (!first) std::reverse(s.loop.begin(), s.loop.end());
+        s.along = complex_.area_vector(f).dot(complex_.planes()[face.plane].normal) * (first ? 1 : -1) > 0;
+        sides_.push_back(std::move(s));
+      }
+  }
+
+  /// Edge uses of all sides: (lower, higher vertex, side, corner).
+  struct Use {
+    int a, b, side, corner;
+  };
+  std::vector<Use> edge_uses() const {
+    std::vector<Use> uses;
+    for (int s = 0; s < static_cast<int>(sides_.size()); ++s) {
+      const auto& loop = sides_[s].loop;
+      for (int k = 0; k < static_cast<int>(loop.size()); ++k) {
+        const int u = loop[k], v = loop[(k + 1) % loop.size()];
+        uses.push_back({std::min(u, v), std::max(u, v), s, k});
+      }
+    }
+    std::sort(uses.begin(), uses.end(), [](const Use& l, const Use& r) {
+      return std::tie(l.a, l.b, l.side, l.corner) < std::tie(r.a, r.b, r.side, r.corner);
+    });
+    return uses;
+  }
+
+  /// A vertex where two parts of the block only touch becomes two: the surface stays a manifold. Fills x_ and the sides'
+  /// loops with local numbers, and twin_ with the neighbouring side across each edge.
+  void copy_corners() {
+    std::vector<int> offset{0};
+    for (const Side& s : sides_) offset.push_back(offset.back() + static_cast<int>(s.loop.size()));
+    DisjointSets corners(static_cast<std::size_t>(offset.back()));
+    twin_.assign(sides_.size(), {});
+    for (std::size_t s = 0; s < sides_.size(); ++s) twin_[s].assign(sides_[s].loop.size(), -1);
+    const auto uses = edge_uses();
+    const auto glue = [&](const Use& p, const Use& q) {
+      const auto corner_of = [&](const Use& u, int vertex) {
+        const auto& loop = sides_[u.side].loop;
+        const int next = (u.corner + 1) % static_cast<int>(loop.size());
+        return offset[u.side] + (loop[u.corner] == vertex ? u.corner : next);
+      };
+      corners.join(corner_of(p, p.a), corner_of(q, p.a));
+      corners.join(corner_of(p, p.b), corner_of(q, p.b));
+      twin_[p.side][p.corner] = q.side;
+      twin_[q.side][q.corner] = p.side;
+    };
+    for (std::size_t i = 0; i < uses.size();) {
+      std::size_t j = i;
+      while (j < uses.size() && uses[j].a == uses[i].a && uses[j].b == uses[i].b) ++j;
+      if (j - i == 2) {
+        glue(uses[i], uses[i + 1]);
+      } else {
+        // Several wedges of the block meet at this edge: walk through the rock of each from face to face.
+        for (std::size_t k = i; k < j; ++k) {
+          int cell = sides_[uses[k].side].cell, face = sides_[uses[k].side].face;
+          for (int guard = 0; guard < 1000; ++guard) {
+            face = complex_.neighbour_at_edge(cell, face, uses[i].a, uses[i].b);
+            if (face < 0) break;
+            const auto& f = complex_.faces()[face];
+            const int other = f.cell[f.cell[0] == cell ? 1 : 0];
+            if (other < 0 || block_of_[other] != block_of_[cell]) break;
+            cell = other;
+          }
+          for (std::size_t l = i; l < j; ++l)
+            if (sides_[uses[l].side].face == face && l != k) glue(uses[k], uses[l]);
+        }
+      }
+      i = j;
+    }
+    x_.clear();
+    std::vector<int> local(static_cast<std::size_t>(offset.back()), -1);
+    for (std::size_t s = 0; s < sides_.size(); ++s)
+      for (std::size_t k = 0; k < sides_[s].loop.size(); ++k) {
+        const int root = corners.find(offset[s] + static_cast<int>(k));
+        if (local[root] < 0) {
+          local[root] = static_cast<int>(x_.size());
+          x_.push_back(complex_.vertices()[sides_[s].loop[k]]);
+        }
+      }
+    for (std::size_t s = 0; s < sides_.size(); ++s)
+      for (std::size_t k = 0; k < sides_[s].loop.size(); ++k) sides_[s].loop[k] = local[corners.find(offset[s] + static_cast<int>(k))];
+  }
+
+  Box3 bounds() const {
+    Box3 box;
+    for (const Vec3& v : x_) box.extend(v);
+    return box;
+  }
+
+  /// Coplanar neighbours become one polygon, and vertices within a straight edge or within a face are left out.
+  bool simplified(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
+    const int n = static_cast<int>(sides_.size());
+    DisjointSets patches(static_cast<std::size_t>(n));
+    for (int s = 0; s < n; ++s)
+      for (int t : twin_[s])
+        if (t >= 0 && sides_[s].plane == sides_[t].plane && sides_[s].along == sides_[t].along) patches.join(s, t);
+    std::vector<std::vector<int>> at_vertex(x_.size());  // patches around each vertex
+    for (int s = 0; s < n; ++s)
+      for (int v : sides_[s].loop) {
+        auto& list = at_vertex[v];
+        const int p = patches.find(s);
+        if (std::find(list.begin(), list.end(), p) == list.end()) list.push_back(p);
+      }
+    std::map<int, std::map<int, int>> next;  // patch -> border edge from vertex to vertex
+    std::map<int, std::map<int, double>> joint_area;
+    for (int s = 0; s < n; ++s) {
+      const int p = patches.find(s);
+      joint_area[p][sides_[s].joint] += sides_[s].area;
+      const auto& loop = sides_[s].loop;
+      for (std::size_t k = 0; k < loop.size(); ++k) {
+        const int t = twin_[s][k];
+        if (t < 0) return false;
+        if (patches.find(t) == p) continue;
+        if (!next[p].emplace(loop[k], loop[(k + 1) % loop.size()]).second) return false;  // the border pinches
+      }
+    }
+    const double straight = 1e-13 * bounds().diagonal().norm();
+    std::vector<char> keep(x_.size(), 0);
+    for (const auto& [p, edges] : next)
+      for (const auto& [a, b] : edges) {
+        if (at_vertex[b].size() != 2) {
+          keep[b] = 1;
+          continue;
+        }
+        const auto it = edges.find(b);
+        if (it == edges.end()) return false;
+        const Vec3 along = x_[it->second] - x_[a];
+        if (!(along.norm() > 0) || along.cross(x_[b] - x_[a]).norm() > straight * along.norm() || along.dot(x_[b] - x_[a]) <= 0) keep[b] = 1;
+      }
+    for (const auto& [p, edges] : next) {
+      const Vec3 normal = complex_.planes()[sides_[p].plane].normal * (sides_[p].along ? 1 : -1);
+      std::vector<std::vector<int>> outer, holes;
+      std::map<int, char> seen;
+      for (const auto& [start, unused] : edges) {
+        if (seen[start]) continue;
+        std::vector<int> loop;
+        Vec3 area = Vec3::Zero();
+        for (int v = start; !seen[v];) {
+          seen[v] = 1;
+          if (keep[v]) loop.push_back(v);
+          const auto it = edges.find(v);
+          if (it == edges.end()) return false;
+          area += (x_[v] - x_[start]).cross(x_[it->second] - x_[start]);
+          v = it->second;
+        }
+        if (loop.size() < 3) return false;
+        (area.dot(normal) > 0 ? outer : holes).push_back(std::move(loop));
+      }
+      if (outer.size() != 1) return false;
+      int best_joint = -1;
+      double best = -1;
+      for (const auto& [j, area] : joint_area[p])
+        if (area > best) best = area, best_joint = j;
+      outer.insert(outer.end(), holes.begin(), holes.end());
+      const auto part = triangulate_polygon(x_, outer, normal);
+      if (part.empty()) return false;
+      for (const auto& t : part) triangles.push_back(t), joint.push_back(best_joint);
+    }
+    return true;
+  }
+
+  /// Every side as it is, should the simplification not be possible.
+  void raw(std::vector<std::array<int, 3>>& triangles, std::vector<int>& joint) const {
+    triangles.clear();
+    joint.clear();
+    for (const Side& s : sides_) {
+      const Vec3 normal = complex_.planes()[s.plane].normal * (s.along ? 1 : -1);
+      auto part = triangulate_polygon(x_, {s.loop}, normal);
+      if (part.empty())
+        for (std::size_t k = 1; k + 1 < s.loop.size(); ++k) part.push_back({s.loop[0], s.loop[k], s.loop[k + 1]});
+      for (const auto& t : part) triangles.push_back(t), joint.push_back(s.joint);
+    }
+  }
+
+  Vec3 centroid(const std::vector<std::array<int, 3>>& triangles) const {
+    const Vec3 o = bounds().center();
+    double six = 0;
+    Vec3 sum = Vec3::Zero();
+    for (const auto& t : triangles) {
+      const Vec3 a = x_[t[0]] - o, b = x_[t[1]] - o, c = x_[t[2]] - o;
+      const double det = a.dot(b.cross(c));
+      six += det;
+      sum += det * (a + b + c);
+    }
+    return six > 0 ? Vec3(o + sum / (4 * six)) : o;
+  }
+
+  const CellComplex& complex_;
+  const std::vector<Mark>& marks_;
+  const std::vector<int>& block_of_;
+  std::vector<Side> sides_;
+  std::vector<std::vector<int>> twin_;
+  std::vector<Vec3> x_;
+};
+
+}  // namespace
+
+void make_blocks(const CellComplex& complex, const std::vector<Mark>& marks, double least_volume, CutResult& result) {
+  const int n = static_cast<int>(complex.cells().size());
+  DisjointSets sets(static_cast<std::size_t>(n));
+  for (const auto& f : complex.faces())
+    if (f.cell[0] >= 0 && f.cell[1] >= 0 && marks[f.mark].intact) sets.join(f.cell[0], f.cell[1]);
+
+  // Slivers, the smallest first, join the neighbour with the largest common area.
+  if (least_volume > 0) {
+    std::vector<double> volume(n, 0.0);
+    std::vector<std::map<int, double>> shared(n);
+    for (int c = 0; c < n; ++c)
+      if (complex.cells()[c].alive) volume[sets.find(c)] += complex.volume(c);
+    for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
+      const auto& face = complex.faces()[f];
+      if (face.cell[0] < 0 || face.cell[1] < 0) continue;
+      const int a = sets.find(face.cell[0]), b = sets.find(face.cell[1]);
+      if (a == b) continue;
+      const double area = complex.area(f);
+      shared[a][b] += area;
+      shared[b][a] += area;
+    }
+    std::vector<std::pair<double, int>> small;
+    for (int c = 0; c < n; ++c)
+      if (complex.cells()[c].alive && sets.find(c) == c && volume[c] < least_volume) small.emplace_back(volume[c], c);
+    std::sort(small.begin(), small.end());
+    for (std::size_t i = 0; i < small.size(); ++i) {
+      const auto [was, c] = small[i];
+      if (sets.find(c) != c || volume[c] >= least_volume) continue;  // has been joined by, or has joined, another
+      int best = -1;
+      double area = 0;
+      for (const auto& [other, a] : shared[c])
+        if (a > area) area = a, best = other;
+      if (best < 0) continue;
+      const int keep = std::min(c, best), gone = std::max(c, best);
+      sets.join(c, best);
+      volume[keep] = volume[c] + volume[best];
+      for (const auto& [other, a] : shared[gone]) {
+        shared[other].erase(gone);
+        if (other == keep) continue;
+        shared[keep][other] += a;
+        shared[other][keep] += a;
+      }
+      shared[gone].clear();
+      ++result.merged;
+      if (volume[keep] < least_volume) small.insert(std::upper_bound(small.begin() + static_cast<std::ptrdiff_t>(i) + 1, small.end(), std::pair{volume[keep], keep}), {volume[keep], keep});
+    }
+  }
+
+  std::vector<int> block_of(n, -1);
+  std::vector<std::vector<int>> members;
+  std::vector<int> number(n, -1);
+  for (int c = 0; c < n; ++c) {
+    if (!complex.cells()[c].alive) continue;
+    const int root = sets.find(c);
+    if (number[root] < 0) {
+      number[root] = static_cast<int>(members.size());
+      members.emplace_back();
+    }
+    block_of[c] = number[root];
+    members[block_of[c]].push_back(c);
+  }
+  std::vector<CutBlock> blocks;
+  BlockBuilder builder(complex, marks, block_of);
+  for (const auto& cells : members) blocks.push_back(builder.build(cells));
+
+  std::vector<int> order(blocks.size()), rank(blocks.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    const Vec3 &p = blocks[a].centroid, &q = blocks[b].centroid;
+    return std::tuple(p.z(), p.y(), p.x(), a) < std::tuple(q.z(), q.y(), q.x(), b);
+  });
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    rank[order[i]] = static_cast<int>(i);
+    result.blocks.push_back(std::move(blocks[order[i]]));
+  }
+
+  std::map<std::tuple<int, int, int, int>, CutInterface> interfaces;  // blocks, plane, joint
+  for (int f = 0; f < static_cast<int>(complex.faces().size()); ++f) {
+    const auto& face = complex.faces()[f];
+    if (face.cell[0] < 0 || face.cell[1] < 0 || block_of[face.cell[0]] == block_of[face.cell[1]]) continue;
+    int a = rank[block_of[face.cell[0]]], b = rank[block_of[face.cell[1]]];
+    const bool swap = a > b;
+    if (swap) std::swap(a, b);
+    const Mark& mark = marks[face.mark];
+    CutInterface& i = interfaces[{a, b, face.plane, mark.joint}];
+    const double area = complex.area(f);
+    const Vec3 middle = complex.centroid(f);
+    i.a = a, i.b = b, i.joint = mark.joint;
+    i.normal = complex.area_vector(f).normalized() * (swap ? -1 : 1);
+    i.centroid = (i.area * i.centroid + area * middle) / (i.area + area);
+    i.area += area;
+    if (mark.bonded) {
+      i.bond_centroid = (i.bonded_area * i.bond_centroid + area * middle) / (i.bonded_area + area);
+      i.bonded_area += area;
+      i.tension = mark.tension, i.shear = mark.shear;
+    }
+    std::vector<Vec3> polygon;
+    for (int v : face.loop) polygon.push_back(complex.vertices()[v]);
+    if (swap) std::reverse(polygon.begin(), polygon.end());
+    i.polygons.push_back(std::move(polygon));
+  }
+  for (auto& [key, i] : interfaces) result.interfaces.push_back(std::move(i));
+}
+
+}  // namespace talus::geometry::cutting
