@@ -131,7 +131,9 @@ bool IslandStepper::solve(double h) {
   const bool small = problem_.contacts.size() <= 60;
   // Impulses (h = 0) and small islands to round-off; large ones to a small part of what gravity brings in one step.
   settings.velocity_scale = small || h == 0 ? speed_ : std::max(model_.gravity.norm() * h, 1e-3 * speed_);
-  settings.tolerance = small ? 1e-12 : 1e-6;
+  bool still = true;   // a certificate of rest is only as good as its residual
+  for (const Body& b : bodies_) still = still && b.v0.squaredNorm() < 1e-12 * speed_ * speed_;
+  settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4);
   const contact::SolveReport r = solver_.solve(problem_, settings);
   Counters& n = report_.counters;
   n.newton += r.newton;

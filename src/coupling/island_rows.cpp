@@ -209,8 +209,8 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
-      } else if (lumped) {
-        t.mode = Mode::end;
+      } else if (lumped && t.at.gap + h * t.approach - h * h * model_.gravity.norm() < 5e-3 * length_) {
+        t.mode = Mode::end;   // others cannot close within the step, or are caught by the projection
       }
     }
     if (t.mode == Mode::idle) continue;
