@@ -231,6 +231,8 @@ std::vector<std::int32_t> flat(const std::vector<std::array<int, N>>& v) {
 void write_geometry(Hdf5File& file, const RunHeader& h) {
   std::vector<double> vertices, mass, volume;
   std::vector<std::int64_t> vertex_offset{0}, face_vertices, face_offset{0}, block_face_offset{0};
+  std::vector<std::int32_t> triangles;
+  std::vector<std::int64_t> triangle_offset{0};
   std::vector<std::uint8_t> fixed, fragment;
   std::vector<std::string> names;
   for (const auto& b : h.blocks) {
@@ -242,6 +244,9 @@ void write_geometry(Hdf5File& file, const RunHeader& h) {
         face_vertices.push_back(first + b.shape.face_vertices[static_cast<std::size_t>(k)]);
       face_offset.push_back(static_cast<std::int64_t>(face_vertices.size()));
     }
+    for (const auto& t : b.shape.triangles)
+      for (const int v : t) triangles.push_back(static_cast<std::int32_t>(first) + v);
+    triangle_offset.push_back(static_cast<std::int64_t>(triangles.size() / 3));
     vertex_offset.push_back(first + static_cast<std::int64_t>(b.shape.vertices.size()));
     block_face_offset.push_back(static_cast<std::int64_t>(face_offset.size()) - 1);
     names.push_back(b.name);
@@ -259,6 +264,8 @@ void write_geometry(Hdf5File& file, const RunHeader& h) {
   ints(g + "face_vertices", face_vertices, "rows of vertices, face by face, counter-clockwise seen from outside");
   ints(g + "face_offset", face_offset, "face f: face_vertices[face_offset[f] : face_offset[f + 1]]");
   ints(g + "block_face_offset", block_face_offset, "faces of block b: block_face_offset[b] to block_face_offset[b + 1]");
+  file.write<std::int32_t>(g + "triangles", triangles, {triangles.size() / 3, 3}, "1", "triangulation of the faces: rows of vertices, outward");
+  ints(g + "triangle_offset", triangle_offset, "triangles of block b: triangle_offset[b] to triangle_offset[b + 1]");
   file.write<double>(g + "volume", volume, {volume.size()}, "m^3", "volume");
   file.write<std::uint8_t>(g + "fixed", fixed, {fixed.size()}, "1", "1: the block does not move");
   file.write<std::uint8_t>(g + "fragment", fragment, {fragment.size()}, "1", "1: came off a structure during the run");

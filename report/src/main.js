@@ -1,0 +1,384 @@
+import * as data from "./data.js";
+import * as scene from "./scene.js";
+import * as map from "./map.js";
+import { chart, forget, onSeek, playhead, repaint } from "./plots.js";
+import { table } from "./tables.js";
+import { gradient, palette } from "./colors.js";
+import { norm, number, quantity, text } from "./format.js";
+
+const { summary, meta, blocks, structures, impacts, frames, nb, nf, array } = data;
+const $ = (id) => document.getElementById(id);
+const make = (tag, props = {}, ...children) => { const e = Object.assign(document.createElement(tag), props); e.append(...children); return e; };
+
+// ---- theme
+const root = document.documentElement;
+const store = { get: (k) => { try { return localStorage.getItem(k); } catch { return null; } }, set: (k, v) => { try { localStorage.setItem(k, v); } catch { /* private windows */ } } };
+function setTheme(name) {
+  root.dataset.theme = name;
+  $("theme").textContent = name === "dark" ? "☀" : "☾";
+  repaint();
+  map.paint();
+  scene.theme(name === "dark");
+}
+root.dataset.theme = store.get("talus-theme") || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+$("theme").addEventListener("click", () => { const n = root.dataset.theme === "dark" ? "light" : "dark"; store.set("talus-theme", n); setTheme(n); });
+
+// ---- summary
+$("title").textContent = summary.title || "Results";
+const states = { done: ["finished", "good"], "at rest": ["at rest", "good"], interrupted: ["interrupted", "warn"], unfinished: ["unfinished", "warn"], failed: ["failed", "bad"] };
+const [word, kind] = states[summary.status] || [summary.status, "warn"];
+$("status").textContent = word;
+$("status").className = `chip ${kind}`;
+if (summary.message) $("status").title = summary.message;
+(summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: line })));
+if (summary.message) $("headline").append(make("p", { textContent: summary.message }));
+
+function card(label, value, unit, note, extra = "", digits = 3) {
+  const [v, u] = typeof value === "string" ? [value, ""] : quantity(value, unit, digits);
+  $("cards").append(make("div", { className: `stat ${extra}` }, make("div", { className: "k", textContent: label }), make("div", { className: "v" }, v, make("small", { textContent: u })), make("div", { className: "n", textContent: note || " ", title: note || "" })));
+}
+if (summary.structures && summary.structures.length) {
+  card(summary.structures.length > 1 ? "Structures hit" : summary.structures[0].name, summary.structures.length > 1 ? `${summary.structures.filter((s) => s.hit).length} of ${summary.structures.length}` : summary.hit ? "Hit" : "Not hit", "", summary.hit ? `first at ${number(impacts[0].start, 4)} s` : "", summary.hit ? "hit" : "safe");
+  const worst = impacts.reduce((a, m) => (!a || m.peak_force > a.peak_force ? m : a), null);
+  const curve = worst && (meta.curves || []).find((c) => c.impact === impacts.indexOf(worst));
+  if (worst) {
+    card("Impact speed", worst.speed, "m/s", `${worst.block}, ${text(worst.kinetic, "J")}`);
+    card("Peak contact force", worst.peak_force, "N", curve ? `filtered at 300 Hz: ${text(curve.filtered_peak, "N")}` : "");
+    card("Impulse", norm(worst.impulse), "N s", `in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
+  }
+  const top = (key) => summary.structures.reduce((a, s) => (s[key] > a[key] ? s : a));
+  if (summary.hit) {
+    card("Base shear, added", top("peak_base_shear").peak_base_shear, "N", `at ${number(top("peak_base_shear").peak_base_shear_time, 4)} s`);
+    card("Base moment, added", top("peak_base_moment").peak_base_moment, "N m", `at ${number(top("peak_base_moment").peak_base_moment_time, 4)} s`);
+  }
+  const probes = summary.structures.flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name })));
+  if (probes.length) {
+    const p = probes.reduce((a, b) => (b.peak_displacement > a.peak_displacement ? b : a));
+    card("Largest displacement", p.peak_displacement, "m", `${p.of} ${p.name}, ${text(norm(p.final_displacement), "m")} at the end`);
+  }
+  const d = top("damage_max");
+  if (d.damage_max > 0) card("Greatest damage", d.damage_max, "1", `${text(d.damaged_volume, "m^3")} above one half`, d.damage_max > 0.5 ? "hit" : "");
+} else if (blocks.length) {
+  const moving = blocks.filter((b) => b.end && !b.fixed), most = (key) => moving.reduce((a, b) => (b[key] > a[key] ? b : a), moving[0]);
+  if (moving.length) {
+    card("Blocks", String(moving.length), "", text(moving.reduce((a, b) => a + b.volume, 0), "m^3") + " in all");
+    card("Farthest run-out", most("runout").runout, "m", most("runout").name);
+    card("Greatest drop", most("drop").drop, "m", most("drop").name);
+    card("Greatest speed", most("max_speed").max_speed, "m/s", most("max_speed").name);
+    card("Greatest energy", most("max_kinetic").max_kinetic, "J", most("max_kinetic").name);
+  }
+}
+if (summary.energy) card("Energy residual", `${number(100 * summary.energy.residual_relative, 2)} %`, "", "worst, of the greatest kinetic energy");
+if (summary.time && summary.time.wall_seconds) card("Computed in", summary.time.wall_seconds, "s", `${number(summary.time.end, 4)} s simulated`);
+
+// ---- time
+let time = data.start, playing = false, lastTick = 0, speed = 1, open3d = false;
+const length = Math.max(data.end - data.start, 1e-9);
+const slider = $("time");
+slider.min = data.start;
+slider.max = data.end;
+const icons = { play: '<svg viewBox="0 0 20 20"><path d="M5 2.5v15l13-7.5z"/></svg>', pause: '<svg viewBox="0 0 20 20"><path d="M4 3h4v14H4zM12 3h4v14h-4z"/></svg>' };
+for (const s of [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10]) $("speed").append(make("option", { value: s, textContent: `${s}×` }));
+speed = length > 40 ? 2 : length < 0.5 ? 0.05 : length < 2 ? 0.25 : 1;
+$("speed").value = speed;
+$("speed").addEventListener("change", (e) => { speed = +e.target.value; });
+if (!impacts.length) { $("slow-label").hidden = true; $("prev-impact").hidden = true; $("next-impact").hidden = true; }
+for (const m of impacts.slice(0, 200)) $("marks").append(make("i", { title: `${m.block} on ${m.structure}, ${number(m.start, 5)} s`, style: `left:${(100 * (m.start - data.start)) / length}%` }));
+
+const pose = { position: [0, 0, 0], q: [1, 0, 0, 0], speed: 0, kinetic: 0 };
+let mapTime = 0;
+function setTime(t, fromSlider) {
+  time = Math.min(Math.max(t, data.start), data.end);
+  if (!fromSlider) slider.value = time;
+  const clock = $("clock");
+  clock.replaceChildren(`${time.toFixed(length < 1 ? 4 : 3)} s`, make("small", { textContent: ` / ${number(data.end, 4)}` }));
+  if (open3d) scene.show(time);
+  playhead(time);
+  if (performance.now() - mapTime > 60) { map.now(time); mapTime = performance.now(); }
+  readout();
+}
+function readout() {
+  const b = scene.view.follow >= 0 ? scene.view.follow : chosen.kind === "block" ? chosen.index : nb === 1 ? 0 : impacts.length ? Math.max(blocks.findIndex((x) => x.name === impacts[0].block), 0) : -1;
+  const box = $("readout");
+  if (b < 0 || !data.pose(b, time, pose)) { box.replaceChildren(); return; }
+  box.replaceChildren(make("b", { textContent: blocks[b].name }), ` ${number(pose.speed, 3)} m/s`, make("br"), make("span", { className: "dim", textContent: text(pose.kinetic, "J") }));
+}
+function play(on) {
+  if (on && time >= data.end - 1e-9) setTime(data.start);
+  playing = on;
+  $("play").innerHTML = on ? icons.pause : icons.play;
+  $("play").setAttribute("aria-label", on ? "Pause" : "Play");
+  lastTick = performance.now();
+}
+$("play").addEventListener("click", () => play(!playing));
+slider.addEventListener("input", () => setTime(+slider.value, true));
+function jump(direction) {
+  const list = impacts.map((m) => m.start - 0.02).sort((a, b) => a - b), eps = 1e-6;
+  const t = direction > 0 ? list.find((x) => x > time + eps) : list.filter((x) => x < time - 0.03).pop();
+  if (t !== undefined) setTime(t);
+}
+$("prev-impact").addEventListener("click", () => jump(-1));
+$("next-impact").addEventListener("click", () => jump(1));
+onSeek((t) => { play(false); setTime(t); });
+
+function tick(now) {
+  if (playing) {
+    let rate = speed;
+    // A contact of twenty milliseconds in a run of half a minute would go by unseen.
+    if ($("slow").checked) for (const m of impacts) if (time > m.start - 0.06 && time < Math.min(m.end, m.start + 0.3) + 0.25) rate = Math.min(rate, 0.08);
+    setTime(time + (Math.min(now - lastTick, 100) / 1000) * rate);
+    if (time >= data.end) play(false);
+  }
+  lastTick = now;
+  if (open3d) scene.draw();
+  requestAnimationFrame(tick);
+}
+
+// ---- selection
+let chosen = { kind: "", index: -1 }, panelPlots = [];
+function close() {
+  forget(panelPlots);
+  panelPlots = [];
+  $("panel").hidden = true;
+  chosen = { kind: "", index: -1 };
+  if (open3d) scene.select("", -1);
+}
+function blockSeries(b) {
+  const t = frames.time, n = nf, y = { speed: new Array(n), kinetic: new Array(n), height: new Array(n) };
+  for (let k = 0; k < n; k++) {
+    const i = k * nb + b, there = frames.position[3 * i] === frames.position[3 * i];
+    y.speed[k] = there ? frames.speed[i] : null;
+    y.kinetic[k] = there ? frames.kinetic[i] : null;
+    y.height[k] = there ? frames.position[3 * i + 2] - (data.ground(frames.position[3 * i], frames.position[3 * i + 1]) || NaN) : null;
+    if (!(y.height[k] === y.height[k])) y.height[k] = null;
+  }
+  return [Array.from(t), y];
+}
+const list = (pairs) => make("dl", {}, ...pairs.filter((p) => p[1] !== undefined).flatMap(([k, v]) => [make("dt", { textContent: k }), make("dd", { textContent: v })]));
+function choose(pick) {
+  close();
+  if (!pick) return;
+  chosen = pick;
+  if (open3d) scene.select(pick.kind, pick.index);
+  const panel = $("panel");
+  panel.hidden = false;
+  const shut = make("button", { className: "icon close", textContent: "✕", title: "Close (Esc)" });
+  shut.setAttribute("aria-label", "Close");
+  shut.addEventListener("click", close);
+  panel.replaceChildren(shut);
+  const plot = (spec) => { const f = make("figure", { style: "margin:10px 0 0" }); panel.append(f); panelPlots.push(chart(f, { height: 150, time: true, ...spec })); };
+  if (pick.kind === "block") {
+    const b = blocks[pick.index], [t, y] = blockSeries(pick.index);
+    panel.append(make("h3", { textContent: b.name }), make("p", { className: "sub", textContent: `${b.fragment ? "fragment" : "block"}, ${text(b.mass, "kg")}, ${text(b.volume, "m^3")}` }),
+      list([["greatest speed", text(b.max_speed, "m/s")], ["greatest energy", text(b.max_kinetic, "J")], ["run-out in plan", text(b.runout, "m")], ["drop", text(b.drop, "m")], ["path", text(b.path_length, "m")], ["speed at the end", text(b.final_speed, "m/s")]]));
+    const c = nb <= 9 ? palette[pick.index % palette.length] : palette[0];
+    plot({ title: "Speed", unit: "m/s", data: [t, y.speed], series: [{ label: "speed", color: c }] });
+    plot({ title: "Kinetic energy", unit: "J", data: [t, y.kinetic], series: [{ label: "energy", color: c }] });
+    if (y.height.some((v) => v !== null)) plot({ title: "Centroid above ground", unit: "m", data: [t, y.height], series: [{ label: "height", color: c }] });
+  } else {
+    const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
+    panel.append(make("h3", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : "was not hit" }),
+      list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
+    for (const c of meta.curves || []) if (c.structure === s.name) plot(spec(c));
+  }
+  readout();
+}
+
+// ---- 3D view
+const view = scene.view;
+const hasDamage = structures.some((s) => s.frames.length && (summary.structures || []).some((x) => x.damage_max > 0));
+view.field = hasDamage ? "damage" : structures.some((s) => s.stress_max > 0) ? "stress" : "displacement";
+function legend() {
+  const box = $("legend");
+  box.replaceChildren();
+  const add = (title, name, low, high) => box.append(make("div", { className: "legend" }, make("div", { className: "t", textContent: title }), make("div", { className: "bar", style: `background:${gradient(name)}` }), make("div", { className: "s" }, make("span", { textContent: low }), make("span", { textContent: high }))));
+  if (structures.length) {
+    if (view.field === "damage") add("Damage [–]", "damage", "0 sound", "1 lost");
+    const d = Math.max(...structures.map((s) => s.displacement_max)), q = Math.max(...structures.map((s) => s.stress_max));
+    if (view.field === "displacement") add("Displacement", "viridis", "0", text(d, "m"));
+    if (view.field === "stress") add("Von Mises stress", "magma", "0", text(q, "Pa"));
+  }
+  if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));
+}
+function options() {
+  const box = $("options");
+  const pick = (label, items, value, set) => {
+    const s = make("select", {}, ...items.map(([v, t]) => make("option", { value: v, textContent: t, selected: String(v) === String(value) })));
+    s.addEventListener("change", () => { set(s.value); scene.refresh(); legend(); });
+    box.append(make("label", {}, label, s));
+    return s;
+  };
+  if (structures.length) {
+    const items = [["damage", "damage"], ["displacement", "displacement"], ["stress", "stress"], ["plain", "plain"]];
+    pick("structure", items, view.field, (v) => { view.field = v; }).id = "field";
+    pick("deformed", [1, 5, 10, 20, 50, 100, 200].map((v) => [v, `×${v}`]), 1, (v) => { view.exaggeration = +v; }).id = "exaggeration";
+  }
+  const c = make("input", { type: "checkbox", checked: true });
+  c.addEventListener("change", () => { view.trajectories = c.checked; scene.refresh(); legend(); });
+  box.append(make("label", { className: "check" }, c, "paths"));
+}
+const presets = [["overview", "Overview"], ...(structures.length ? [["structure", "Structure"]] : []), ...(nb ? [["follow", "Follow"]] : []), ["top", "Top"], ["side", "Side"]];
+function preset(name, quick) {
+  if (!open3d) return;
+  scene.cameras[name](quick);
+  for (const b of $("presets").children) b.setAttribute("aria-pressed", b.dataset.name === name);
+  readout();
+}
+presets.forEach(([name, label], i) => {
+  const b = make("button", { textContent: label, title: `${label} (${i + 1})` });
+  b.dataset.name = name;
+  b.addEventListener("click", () => preset(name));
+  $("presets").append(b);
+});
+function screenshot() {
+  if (!open3d) return;
+  const a = make("a", { href: scene.picture(), download: `${(summary.title || "talus").replace(/[^\w-]+/g, "-")}-${time.toFixed(3)}s.png` });
+  a.click();
+}
+$("shot").addEventListener("click", screenshot);
+const fullscreen = () => (document.fullscreenElement ? document.exitFullscreen() : $("playback").requestFullscreen && $("playback").requestFullscreen());
+$("full").addEventListener("click", fullscreen);
+
+// ---- plots
+function spec(c) {
+  return { title: c.title, unit: c.unit, time: true, data: [Array.from(array(`${c.key}_time`)), ...c.series.map((_, i) => Array.from(array(`${c.key}_${i}`)))],
+    note: c.group === "impact" ? `filtered peak ${text(c.filtered_peak, "N")}` : undefined,
+    series: c.series.map((label, i) => (c.group === "impact" ? { label, color: i ? palette[0] : "#8d98a6", width: i ? 2.2 : 1 } : { label })) };
+}
+function plots() {
+  const groups = [["impact", "Contact force at each impact"], ["structure", "Structures"], ["energy", "Energy and momentum"]];
+  for (const [key, title] of groups) {
+    const curves = (meta.curves || []).filter((c) => c.group === key).map((c) => ({ ...c }));
+    if (!curves.length) continue;
+    const grid = make("div", { className: "plots" });
+    $("plot-groups").append(make("h3", { textContent: title }), grid);
+    for (const c of curves) {
+      const s = spec(c);
+      // What stays zero is named in the tables, and hidden here.
+      s.series.forEach((x, i) => { if (s.series.length > 3 && !s.data[i + 1].some((v) => v !== 0)) x.show = false; });
+      const f = make("figure", { className: "card" });
+      grid.append(f);
+      chart(f, { height: 260, ...s });
+    }
+  }
+}
+
+function profile() {
+  const order = blocks.map((b, i) => i).filter((i) => blocks[i].end && !blocks[i].fixed && blocks[i].path_length > 0).sort((a, b) => blocks[b].runout - blocks[a].runout).slice(0, 9);
+  if (!order.length) { $("profile").hidden = $("deviation").hidden = true; return; }
+  const stride = Math.max(1, Math.floor(nf / 1200)), tables = [], labels = [], dev = [], zero = data.origin[2];
+  const lead = order[0], walk = (b) => {
+    const x = [], z = [], g = [];
+    let s = 0, px = NaN, py = NaN;
+    for (let k = 0; k < nf; k += k + stride < nf || k === nf - 1 ? stride : nf - 1 - k || 1) {
+      const i = 3 * (k * nb + b), a = frames.position[i], c = frames.position[i + 1];
+      if (!(a === a)) continue;
+      if (px === px) s += Math.hypot(a - px, c - py);
+      px = a; py = c;
+      if (x.length && s <= x[x.length - 1]) continue;
+      x.push(s); z.push(frames.position[i + 2] + zero);
+      const h = data.ground(a, c);
+      g.push(h === h ? h + zero : null);
+    }
+    return [x, z, g];
+  };
+  const [gx, , gz] = walk(lead);
+  if (gz.some((v) => v !== null)) { tables.push([gx, gz]); labels.push({ label: `ground under ${blocks[lead].name}`, color: "#8a7f70", width: 1.2, fill: "#8a7f7022" }); }
+  for (const b of order) { const [x, z] = walk(b); tables.push([x, z]); labels.push({ label: blocks[b].name, color: nb <= 9 ? palette[b % palette.length] : undefined }); }
+  // Straight line in plan from the mean release to the mean deposit of all that moved.
+  const sum = order.reduce((a, b) => a.map((v, k) => v + (k < 2 ? blocks[b].start[k] : blocks[b].end[k - 2]) / order.length), [0, 0, 0, 0]);
+  const dx = sum[2] - sum[0], dy = sum[3] - sum[1], n = Math.hypot(dx, dy) || 1, ox = sum[0] - data.origin[0], oy = sum[1] - data.origin[1];
+  for (const b of order) {
+    const points = [];
+    for (let k = 0; k < nf; k += stride) {
+      const i = 3 * (k * nb + b), a = frames.position[i] - ox, c = frames.position[i + 1] - oy;
+      if (a === a) points.push([(a * dx + c * dy) / n, (-a * dy + c * dx) / n]);
+    }
+    points.sort((p, q) => p[0] - q[0]);
+    const x = [], y = [];
+    for (const [a, c] of points) if (!x.length || a > x[x.length - 1]) { x.push(a); y.push(c); }
+    dev.push([x, y]);
+  }
+  const join = (list) => {
+    const xs = [...new Set(list.flatMap((t) => t[0]))].sort((a, b) => a - b), at = new Map(xs.map((x, i) => [x, i]));
+    return [xs, ...list.map(([x, y]) => { const out = new Array(xs.length).fill(null); x.forEach((v, i) => { out[at.get(v)] = y[i]; }); return out; })];
+  };
+  chart($("profile"), { title: "Profile of the trajectories", unit: "m", x: "distance travelled in plan [m]", data: join(tables), series: labels, height: 250 });
+  chart($("deviation"), { title: "Lateral deviation", unit: "m", x: "distance along the line from mean release to mean deposit [m]", data: join(dev), series: order.map((b) => ({ label: blocks[b].name, color: nb <= 9 ? palette[b % palette.length] : undefined })), height: 210, note: "left positive" });
+}
+
+// ---- tables
+function tables() {
+  const at = $("table-list"), n = (name, unit, get, digits) => ({ name, unit, get, digits }), t = (name, get) => ({ name, get, text: true });
+  table(at, "How sure", "verified: closed form; validated: experiment; extrapolated: neither", [t("quantity", (r) => r.quantity), { name: "level", get: (r) => r.level, text: true, level: true }, { name: "basis", get: (r) => r.basis, long: true }], summary.confidence || []);
+  table(at, "Impacts", "forces are means over a coupled step", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("peak force", "kN", (r) => r.peak_force / 1e3),
+    n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
+  table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("peak force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
+  table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
+  table(at, "Design formulas", "cross-checks for the strongest impact", [t("formula", (r) => r.name), n("force", "kN", (r) => r.value / 1e3), t("gives", (r) => r.kind), t("inputs", (r) => r.inputs), { name: "source", get: (r) => r.source, long: true }], summary.formulas || []);
+  table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => { choose({ kind: "block", index: blocks.indexOf(r) }); location.hash = "#playback"; } });
+  const e = summary.energy || {};
+  table(at, "Energy ledger", "work since the start; dissipation positive", [t("entry", (r) => r[0]), n("energy", "kJ", (r) => r[1] / 1e3, 6)], [["energy at the start", e.start], ["external work", e.external_work], ["energy at the end", e.end], ["dissipated by friction", e.friction_work], ["dissipated by damping and restitution", e.damping_work], ["dissipated by damage", e.damage_work], ["dissipated by the time integration", e.algorithmic], ["residual at the end", e.residual_end], ["worst residual", e.residual_worst]].filter((r) => r[1] !== undefined && r[1] !== null));
+  const a = summary.audit;
+  if (a) table(at, "Audit of the interface", "both sides of every contact", [t("check", (r) => r[0]), n("value", "", (r) => r[1])], [["force imbalance, relative", a.force_imbalance], ["moment imbalance, relative", a.moment_imbalance], ["impulse against momentum change, relative", a.impulse_defect], ["work on blocks [J]", a.work_on_blocks], ["work on structures [J]", a.work_on_structure]]);
+  const c = summary.counters;
+  if (c) table(at, "Run", "", [t("counter", (r) => r[0]), n("value", "", (r) => r[1], 6)], Object.entries(c).filter(([, v]) => typeof v === "number").map(([k, v]) => [k.replaceAll("_", " "), v]));
+}
+
+for (const line of summary.plan || []) {
+  const out = /left out|not |none/.test(line), i = line.indexOf(":"), li = make("li", { className: out ? "out" : "" });
+  if (i > 0 && i < 40) li.append(make("b", { textContent: line.slice(0, i) }), line.slice(i));
+  else li.textContent = line;
+  $("plan-list").append(li);
+}
+if (!(summary.plan || []).length) $("plan").hidden = true;
+$("footer").textContent = `Written by Talus. Coordinates are those of the scene; the view is shifted by (${data.origin.join(", ")}) m. ${nf} instants and ${meta.terrain ? `${meta.terrain.shown} of ${meta.terrain.triangles} triangles of the terrain` : "no terrain"} are kept here; results.h5 holds everything.`;
+
+// ---- keyboard
+const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
+const dialog = $("help");
+dialog.append(make("h2", { textContent: "Keyboard" }), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
+dialog.addEventListener("click", () => dialog.close());
+$("help-button").addEventListener("click", () => dialog.showModal());
+document.addEventListener("keydown", (e) => {
+  if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
+  if (e.target.tagName === "BUTTON" && (e.key === " " || e.key === "Enter")) return;
+  if (e.target.tagName === "INPUT" && e.target !== slider) return;
+  const step = nf > 1 ? length / (nf - 1) : 0.01, select = $("speed"), camera = presets[+e.key - 1];
+  const actions = {
+    " ": () => play(!playing), ArrowLeft: () => setTime(time - step * (e.shiftKey ? 10 : 1)), ArrowRight: () => setTime(time + step * (e.shiftKey ? 10 : 1)), Home: () => setTime(data.start), End: () => setTime(data.end),
+    ",": () => jump(-1), ".": () => jump(1), "?": () => dialog.showModal(), t: () => $("theme").click(), f: fullscreen, p: screenshot, Escape: close,
+    "-": () => { select.selectedIndex = Math.max(0, select.selectedIndex - 1); speed = +select.value; }, "+": () => { select.selectedIndex = Math.min(select.length - 1, select.selectedIndex + 1); speed = +select.value; },
+    c: () => { const f = $("field"); if (f) { f.selectedIndex = (f.selectedIndex + 1) % f.length; f.dispatchEvent(new Event("change")); } },
+  };
+  const act = camera ? () => preset(camera[0]) : actions[e.key];
+  if (!act) return;
+  e.preventDefault();
+  act();
+});
+
+// ---- start
+try {
+  scene.open($("view"), choose);
+  open3d = true;
+  options();
+  legend();
+  preset("overview", true);
+} catch (error) {
+  $("view").hidden = $("presets").hidden = $("legend").hidden = true;
+  $("shot").disabled = true;
+  $("no-webgl").hidden = false;
+  $("no-webgl").textContent = "This browser offers no WebGL, so there is no 3D view. The map below moves with the time slider; all plots and tables are here.";
+  console.warn(`3D view unavailable: ${error.message}`);
+}
+map.open($("map"), $("map-tip"));
+plots();
+profile();
+tables();
+setTheme(root.dataset.theme);
+setTime(data.start);
+play(false);
+requestAnimationFrame(tick);
+
+// For tests of the page.
+window.talus = { get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };

@@ -1,0 +1,198 @@
+// Map in plan: shaded relief, trajectories, deposits, structures; and where the blocks are now.
+import { array, blocks, frames, meta, nb, nf, origin, pose, structures } from "./data.js";
+import { css, palette } from "./colors.js";
+import { number } from "./format.js";
+
+const m = meta.map, height = array("map_height");
+let canvas, context, base, ratio = 1, width = 0, tall = 0, scale = 1, fastest = 1;
+const px = (x) => (x - m.x0) * scale, py = (y) => tall - (y - m.y0) * scale;
+const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+function relief(dark) {
+  const image = new ImageData(m.nx, m.ny), sun = [-0.5, 0.5, 0.7071];
+  for (let j = 0; j < m.ny; j++)
+    for (let i = 0; i < m.nx; i++) {
+      const at = (a, b) => height[Math.min(Math.max(b, 0), m.ny - 1) * m.nx + Math.min(Math.max(a, 0), m.nx - 1)];
+      const z = at(i, j), k = 4 * ((m.ny - 1 - j) * m.nx + i);
+      if (!(z === z)) { image.data[k + 3] = 0; continue; }
+      const gx = (at(i + 1, j) - at(i - 1, j)) / (2 * m.dx) || 0, gy = (at(i, j + 1) - at(i, j - 1)) / (2 * m.dy) || 0, n = 1 / Math.hypot(gx, gy, 1);
+      const light = Math.min(Math.max((-gx * sun[0] - gy * sun[1] + sun[2]) * n, 0), 1);
+      const tone = dark ? 32 + 70 * light : 118 + 128 * light;
+      image.data.set(dark ? [tone * 0.94, tone, tone * 1.06, 255] : [tone, tone * 0.985, tone * 0.95, 255], k);
+    }
+  const c = document.createElement("canvas");
+  c.width = m.nx;
+  c.height = m.ny;
+  c.getContext("2d").putImageData(image, 0, 0);
+  return c;
+}
+
+function contours(g) {
+  // Marching squares on the map's own grid.
+  let low = Infinity, high = -Infinity;
+  for (const z of height) if (z === z) { low = Math.min(low, z); high = Math.max(high, z); }
+  const step = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((s) => (high - low) / s < 22) || 500;
+  const stride = Math.max(1, Math.round(m.nx / 180));
+  for (let level = Math.ceil((low + origin[2]) / step) * step; level < high + origin[2]; level += step) {
+    const z0 = level - origin[2], main = Math.abs(level / step / 5 - Math.round(level / step / 5)) < 1e-6;
+    g.beginPath();
+    for (let j = 0; j + stride < m.ny; j += stride)
+      for (let i = 0; i + stride < m.nx; i += stride) {
+        const c = [[i, j], [i + stride, j], [i + stride, j + stride], [i, j + stride]], z = c.map(([a, b]) => height[b * m.nx + a] - z0), cut = [];
+        for (let e = 0; e < 4; e++) {
+          const f = (e + 1) % 4;
+          if (z[e] < 0 !== z[f] < 0) { const s = z[e] / (z[e] - z[f]); cut.push([c[e][0] + s * (c[f][0] - c[e][0]), c[e][1] + s * (c[f][1] - c[e][1])]); }
+        }
+        for (let k = 0; k + 1 < cut.length; k += 2) {
+          g.moveTo(px(m.x0 + cut[k][0] * m.dx), py(m.y0 + cut[k][1] * m.dy));
+          g.lineTo(px(m.x0 + cut[k + 1][0] * m.dx), py(m.y0 + cut[k + 1][1] * m.dy));
+        }
+      }
+    g.lineWidth = main ? 1.1 : 0.6;
+    g.stroke();
+  }
+}
+
+function hull(points) {
+  points.sort((a, b) => a[0] - b[0] || a[1] - b[1]);
+  const cross = (o, a, b) => (a[0] - o[0]) * (b[1] - o[1]) - (a[1] - o[1]) * (b[0] - o[0]);
+  const half = (list) => { const h = []; for (const p of list) { while (h.length > 1 && cross(h[h.length - 2], h[h.length - 1], p) <= 0) h.pop(); h.push(p); } h.pop(); return h; };
+  return half(points).concat(half(points.slice().reverse()));
+}
+
+export function paint() {
+  if (!canvas) return;
+  const dark = document.documentElement.dataset.theme === "dark";
+  width = canvas.parentElement.clientWidth;
+  scale = width / ((m.nx - 1) * m.dx);
+  tall = (m.ny - 1) * m.dy * scale;
+  ratio = Math.min(devicePixelRatio || 1, 2);
+  base = document.createElement("canvas");
+  base.width = canvas.width = Math.round(width * ratio);
+  base.height = canvas.height = Math.round(tall * ratio);
+  canvas.style.height = `${tall}px`;
+  const g = base.getContext("2d");
+  g.scale(ratio, ratio);
+  g.fillStyle = variable("--raise");
+  g.fillRect(0, 0, width, tall);
+  g.imageSmoothingQuality = "high";
+  g.drawImage(relief(dark), 0, 0, width, tall);
+  g.strokeStyle = dark ? "#ffffff26" : "#3a2a1438";
+  contours(g);
+
+  const step = Math.max(1, Math.ceil((nf * nb) / 400000));
+  fastest = frames.speed.reduce((a, s) => (s > a ? s : a), 1e-9);
+  g.lineWidth = nb > 30 ? 0.7 : 1.8;
+  g.globalAlpha = nb > 100 ? 0.35 : 0.9;
+  g.lineCap = "round";
+  for (let b = 0; b < nb; b++) {
+    let last = -1;
+    for (let k = 0; k < nf; k += step) {
+      const i = (k * nb + b) * 3;
+      if (!(frames.position[i] === frames.position[i])) continue;
+      if (last >= 0) {
+        const j = (last * nb + b) * 3;
+        if (Math.hypot(frames.position[i] - frames.position[j], frames.position[i + 1] - frames.position[j + 1]) * scale < 0.4) continue;
+        g.strokeStyle = css("speed", frames.speed[k * nb + b] / fastest);
+        g.beginPath();
+        g.moveTo(px(frames.position[j]), py(frames.position[j + 1]));
+        g.lineTo(px(frames.position[i]), py(frames.position[i + 1]));
+        g.stroke();
+      }
+      last = k;
+    }
+  }
+  g.globalAlpha = 1;
+  for (const s of structures) {
+    const nodes = s.epochs.length ? array(`${s.epochs[0]}_nodes`) : [], points = [];
+    for (let i = 0; i < nodes.length; i += 3) points.push([nodes[i], nodes[i + 1]]);
+    const h = hull(points);
+    if (h.length < 3) continue;
+    g.beginPath();
+    h.forEach(([x, y], i) => (i ? g.lineTo(px(x), py(y)) : g.moveTo(px(x), py(y))));
+    g.closePath();
+    g.fillStyle = dark ? "#e8ebefcc" : "#1d2127cc";
+    g.fill();
+    label(g, s.name, px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)) + 5, py(h[0][1]) - 4, dark);
+  }
+  for (let b = 0; b < nb; b++) {
+    const i = ((nf - 1) * nb + b) * 3, x = frames.position[i], y = frames.position[i + 1];
+    if (!(x === x)) continue;
+    g.fillStyle = nb <= 9 ? palette[b % palette.length] : "#c2541b";
+    g.strokeStyle = dark ? "#000" : "#fff";
+    g.lineWidth = 1;
+    const r = nb > 300 ? 1.6 : nb > 30 ? 2.6 : 4.5;
+    g.beginPath();
+    g.rect(px(x) - r, py(y) - r, 2 * r, 2 * r);
+    g.fill();
+    g.stroke();
+  }
+  frame(g, dark);
+  now(current);
+}
+
+function label(g, text, x, y, dark) {
+  g.font = "600 12px system-ui, sans-serif";
+  g.lineWidth = 3;
+  g.strokeStyle = dark ? "#0e1115" : "#fff";
+  g.strokeText(text, x, y);
+  g.fillStyle = dark ? "#e8ebef" : "#1d2127";
+  g.fillText(text, x, y);
+}
+
+// Scale bar, north, and scene coordinates on the edge.
+function frame(g, dark) {
+  const length = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000].filter((l) => l * scale < width * 0.3).pop() || 1, y = tall - 16;
+  g.strokeStyle = dark ? "#e8ebef" : "#1d2127";
+  g.lineWidth = 2;
+  g.beginPath();
+  g.moveTo(14, y - 5); g.lineTo(14, y); g.lineTo(14 + length * scale, y); g.lineTo(14 + length * scale, y - 5);
+  g.stroke();
+  label(g, `${length} m`, 18, y - 7, dark);
+  g.beginPath();
+  g.moveTo(width - 20, 38); g.lineTo(width - 20, 16); g.moveTo(width - 25, 22); g.lineTo(width - 20, 14); g.lineTo(width - 15, 22);
+  g.stroke();
+  label(g, "N", width - 24.5, 53, dark);
+}
+
+let current = 0;
+const p = { position: [0, 0, 0], q: [1, 0, 0, 0] };
+export function now(t) {
+  current = t;
+  if (!base) return;
+  const dark = document.documentElement.dataset.theme === "dark";
+  context.setTransform(1, 0, 0, 1, 0, 0);
+  context.drawImage(base, 0, 0);
+  context.scale(ratio, ratio);
+  for (let b = 0; b < nb; b++) {
+    if (!pose(b, t, p)) continue;
+    context.beginPath();
+    context.arc(px(p.position[0]), py(p.position[1]), nb > 300 ? 1.5 : nb > 30 ? 2.5 : 5, 0, 7);
+    context.fillStyle = nb <= 9 ? palette[b % palette.length] : dark ? "#ffd166" : "#7a2d00";
+    context.fill();
+    if (nb <= 300) { context.lineWidth = 1.5; context.strokeStyle = "#fff"; context.stroke(); }
+  }
+}
+
+export function open(element, tip) {
+  if (!m || m.nx < 2) { element.parentElement.parentElement.hidden = true; return; }
+  canvas = element;
+  context = canvas.getContext("2d");
+  paint();
+  let last = width;
+  new ResizeObserver(() => { if (Math.abs(canvas.parentElement.clientWidth - last) > 1) { last = canvas.parentElement.clientWidth; paint(); } }).observe(canvas.parentElement);
+  canvas.addEventListener("pointermove", (e) => {
+    const r = canvas.getBoundingClientRect(), x = e.clientX - r.left, y = e.clientY - r.top;
+    let best = 16, name = "";
+    for (let b = 0; b < nb; b++)
+      for (const k of [0, nf - 1]) {
+        const i = (k * nb + b) * 3, d = Math.hypot(px(frames.position[i]) - x, py(frames.position[i + 1]) - y);
+        if (d < best) { best = d; name = `${blocks[b].name}, ${k ? "deposit" : "release"} · `; }
+      }
+    tip.hidden = false;
+    tip.textContent = `${name}x ${number(x / scale + m.x0 + origin[0], 7)}, y ${number((tall - y) / scale + m.y0 + origin[1], 7)} m`;
+    tip.style.left = `${Math.min(x + 14, width - tip.offsetWidth - 4)}px`;
+    tip.style.top = `${Math.max(y - 34, 2)}px`;
+  });
+  canvas.addEventListener("pointerleave", () => { tip.hidden = true; });
+}

@@ -1,0 +1,106 @@
+import uPlot from "uplot";
+import { palette } from "./colors.js";
+import { pretty, scaleOf, number } from "./format.js";
+
+const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+const all = [];  // { make, plot, holder, time }
+let seek = () => {};
+export const onSeek = (f) => { seek = f; };
+const sync = uPlot.sync("time");
+
+function build(holder, spec) {
+  const width = Math.max(240, holder.clientWidth), size = spec.data.slice(1).reduce((m, y) => y.reduce((a, v) => (v === null || !isFinite(v) ? a : Math.max(a, Math.abs(v))), m), 0);
+  const [factor, p] = scaleOf(size, spec.unit);
+  const unit = p + (spec.unit === "1" ? "" : pretty(spec.unit));
+  const data = [spec.data[0], ...spec.data.slice(1).map((y) => (factor === 1 ? y : Array.from(y, (v) => (v === null ? null : v / factor))))];
+  const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--line"), width: 1 }, font: "12px system-ui, sans-serif" };
+  const labels = (u, ticks) => ticks.map((v) => (Math.abs(v) >= 1e5 ? v.toExponential(0) : String(+v.toPrecision(6))));
+  const plot = new uPlot({
+    width, height: spec.height || 250, padding: [10, 12, 0, 0],
+    scales: { x: { time: false }, y: spec.range ? { range: spec.range } : {} },
+    legend: { live: true },
+    cursor: { drag: { x: true, y: false }, focus: { prox: 24 }, points: { size: 7 }, ...(spec.time ? { sync: { key: sync.key, setSeries: false } } : {}) },
+    focus: { alpha: 0.35 },
+    series: [
+      { label: spec.x || "t [s]", value: (u, v) => (v === null ? "–" : number(v, 6)) },
+      ...spec.series.map((s, i) => ({
+        label: s.label, stroke: s.color || palette[i % palette.length], width: s.width || 1.6, dash: s.dash, show: s.show !== false, fill: s.fill,
+        spanGaps: spec.gaps !== false, points: { show: false }, value: (u, v) => (v === null || v === undefined ? "–" : number(v, 4)),
+      })),
+    ],
+    axes: [
+      { ...axis, values: labels, label: spec.x ? spec.x : undefined, labelSize: 18, labelFont: "12px system-ui, sans-serif" },
+      { ...axis, values: labels, size: 58 },
+    ],
+  }, data, holder);
+  if (spec.time) {
+    const head = document.createElement("div");
+    head.className = "playhead";
+    plot.over.appendChild(head);
+    plot.head = head;
+    let down = 0;
+    plot.over.addEventListener("pointerdown", (e) => { down = e.clientX; });
+    plot.over.addEventListener("click", (e) => { if (Math.abs(e.clientX - down) < 4) seek(plot.posToVal(e.offsetX, "x")); });
+  }
+  return [plot, unit];
+}
+
+// spec: { title, unit, data: [x, y...], series: [{ label, color }], time, note }
+export function chart(parent, spec) {
+  const caption = document.createElement("figcaption"), holder = document.createElement("div");
+  holder.className = "plot";
+  parent.append(caption, holder);
+  const entry = { holder, spec, plot: null };
+  const make = () => {
+    if (entry.plot) entry.plot.destroy();
+    const [plot, unit] = build(holder, spec);
+    entry.plot = plot;
+    caption.replaceChildren(Object.assign(document.createElement("span"), { textContent: spec.title }), Object.assign(document.createElement("span"), { className: "u", textContent: unit ? `[${unit}]` : "" }));
+    if (spec.note) caption.append(Object.assign(document.createElement("span"), { className: "note", textContent: spec.note }));
+    head(entry, now);
+  };
+  entry.make = make;
+  entry.width = 0;
+  all.push(entry);
+  // Built when it comes into sight: a report with forty plots opens as fast as one with four.
+  const see = new IntersectionObserver((list) => {
+    if (!list.some((e) => e.isIntersecting)) return;
+    see.disconnect();
+    make();
+    entry.width = holder.clientWidth;
+    new ResizeObserver(() => {
+      if (entry.plot && Math.abs(holder.clientWidth - entry.width) > 1) {
+        entry.width = holder.clientWidth;
+        entry.plot.setSize({ width: Math.max(240, entry.width), height: spec.height || 250 });
+        head(entry, now);
+      }
+    }).observe(holder);
+  }, { rootMargin: "400px" });
+  holder.style.minHeight = `${(spec.height || 250) + 30}px`;
+  see.observe(holder);
+  return entry;
+}
+
+export function forget(entries) {
+  for (const e of entries) {
+    if (e.plot) e.plot.destroy();
+    const i = all.indexOf(e);
+    if (i >= 0) all.splice(i, 1);
+  }
+}
+
+let now = 0;
+function head(entry, t) {
+  const u = entry.plot;
+  if (!u || !u.head) return;
+  const x = u.valToPos(t, "x");
+  u.head.style.transform = `translateX(${x}px)`;
+  u.head.style.display = x >= 0 && x <= u.over.clientWidth ? "" : "none";
+}
+export function playhead(t) {
+  now = t;
+  for (const e of all) head(e, t);
+}
+export function repaint() {
+  for (const e of all) if (e.plot) e.make();
+}

@@ -1,0 +1,474 @@
+// The 3D view: terrain, blocks, structures, trajectories, impact forces. Shows one instant; who drives the time is main.js.
+import {
+  AmbientLight, ArrowHelper, BatchedMesh, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments,
+  Matrix4, Mesh, MeshStandardMaterial, PCFSoftShadowMap, PerspectiveCamera, Points, PointsMaterial, Quaternion, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, Sphere, Box3,
+} from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
+import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
+import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
+import { array, before, blocks, frames, impacts, meta, nb, nf, origin, pose, structures, ground } from "./data.js";
+import { color, palette } from "./colors.js";
+
+const region = meta.region || [-10, -10, -10, 10, 10, 10];
+const low = new Vector3(region[0], region[1], region[2]), high = new Vector3(region[3], region[4], region[5]);
+export const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z, 4);
+const middle = low.clone().add(high).multiplyScalar(0.5);
+
+export const view = { field: "damage", exaggeration: 1, trajectories: true, follow: -1, fastest: 1 };
+let renderer, scene, camera, controls, sun, dirty = true, batch, markers, lines, shownTime = NaN;
+const bodies = [];      // structures
+const edges = [];       // outlines of blocks
+const arrows = [];
+let selected = { kind: "", index: -1 };
+
+const rock = (b) => {
+  // A few blocks get telling colours; many get the tones of rock.
+  const c = new Color();
+  if (nb <= 9) return c.set(palette[b % palette.length]).lerp(new Color("#8d8578"), 0.12);
+  const h = Math.sin(b * 12.9898) * 43758.5453, f = h - Math.floor(h);
+  return c.setHSL(0.07 + 0.03 * f, 0.22 + 0.18 * f, 0.44 + 0.2 * f);
+};
+
+function terrainMaterial() {
+  const material = new MeshStandardMaterial({ color: 0xffffff, roughness: 0.97, metalness: 0, side: DoubleSide });
+  const drop = Math.max(high.z - low.z, 1);
+  const interval = [0.5, 1, 2, 5, 10, 20, 50, 100].find((i) => drop / i < 16) || 200;
+  // Ground by slope, and contour lines at heights above sea, not above the local origin.
+  material.onBeforeCompile = (shader) => {
+    shader.uniforms.interval = { value: interval };
+    shader.uniforms.base = { value: ((origin[2] % (interval * 5)) + interval * 5) % (interval * 5) };
+    shader.vertexShader = shader.vertexShader.replace("#include <common>", "#include <common>\nvarying vec3 ground; varying vec3 up;")
+      .replace("#include <begin_vertex>", "#include <begin_vertex>\nground = position; up = normal;");
+    shader.fragmentShader = shader.fragmentShader.replace("#include <common>", "#include <common>\nvarying vec3 ground; varying vec3 up; uniform float interval; uniform float base;\nfloat speck(vec2 p) { return fract(sin(dot(p, vec2(127.1, 311.7))) * 43758.5453); }\nfloat soft(vec2 p) { vec2 i = floor(p), f = fract(p); f = f * f * (3. - 2. * f); return mix(mix(speck(i), speck(i + vec2(1, 0)), f.x), mix(speck(i + vec2(0, 1)), speck(i + vec2(1, 1)), f.x), f.y); }")
+      .replace("#include <color_fragment>", `#include <color_fragment>
+        float steep = 1. - abs(normalize(up).z);
+        float n = .6 * soft(ground.xy * .11) + .4 * soft(ground.xy * .61);
+        vec3 grass = mix(vec3(.42, .47, .31), vec3(.55, .55, .39), n), scree = mix(vec3(.56, .53, .47), vec3(.66, .63, .57), n), cliff = mix(vec3(.43, .41, .39), vec3(.52, .49, .46), n);
+        vec3 tone = mix(grass, scree, smoothstep(.06, .2, steep + .05 * (n - .5)));
+        tone = mix(tone, cliff, smoothstep(.22, .45, steep));
+        float z = (ground.z + base) / interval, w = fwidth(z);
+        float line = 1. - smoothstep(w * .5, w * 1.4, abs(fract(z - .5) - .5));
+        float z5 = z / 5., w5 = fwidth(z5);
+        float major = 1. - smoothstep(w5 * .7, w5 * 1.8, abs(fract(z5 - .5) - .5));
+        float fade = 1. - smoothstep(.15, .5, w);
+        tone *= 1. - .17 * line * fade - .16 * major * (1. - smoothstep(.15, .5, w5));
+        diffuseColor.rgb = tone * tone;`);
+  };
+  return material;
+}
+
+function addTerrain() {
+  const vertices = array("terrain_vertices"), triangles = array("terrain_triangles");
+  const material = terrainMaterial();
+  const put = (v, t) => {
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(v, 3));
+    g.setIndex(new BufferAttribute(t, 1));
+    g.computeVertexNormals();
+    const mesh = new Mesh(g, material);
+    mesh.receiveShadow = true;
+    scene.add(mesh);
+    return mesh;
+  };
+  if (triangles.length) put(vertices, triangles);
+  for (const [px, py, pz, nx, ny, nz] of meta.planes || []) {
+    // A square of the unbounded plane, around what happened.
+    const n = new Vector3(nx, ny, nz), u = Math.abs(nz) > 0.999 ? new Vector3(1, 0, 0) : new Vector3(-ny, nx, 0).normalize(), w = n.clone().cross(u);
+    const p = new Vector3(px, py, pz), c = middle.clone().sub(n.clone().multiplyScalar(n.dot(middle.clone().sub(p)))), r = 1.1 * extent, k = 24;
+    const v = new Float32Array((k + 1) * (k + 1) * 3), t = new Uint32Array(k * k * 6);
+    for (let j = 0, a = 0; j <= k; j++) for (let i = 0; i <= k; i++) {
+      const q = c.clone().addScaledVector(u, r * (2 * i / k - 1)).addScaledVector(w, r * (2 * j / k - 1));
+      v[a++] = q.x; v[a++] = q.y; v[a++] = q.z;
+    }
+    for (let j = 0, a = 0; j < k; j++) for (let i = 0; i < k; i++) {
+      const m = j * (k + 1) + i;
+      t.set([m, m + 1, m + k + 2, m, m + k + 2, m + k + 1], a);
+      a += 6;
+    }
+    put(v, t);
+  }
+}
+
+function addBlocks() {
+  const v = array("block_vertices"), t = array("block_triangles"), vo = array("block_vertex_offset"), to = array("block_triangle_offset");
+  if (!nb || !t.length) return;
+  // Triangles of their own, so that every face is flat.
+  batch = new BatchedMesh(nb, t.length, 0, new MeshStandardMaterial({ roughness: 0.82, metalness: 0, flatShading: true, color: 0xffffff }));
+  batch.castShadow = batch.receiveShadow = true;
+  batch.frustumCulled = false;
+  batch.perObjectFrustumCulled = nb > 300;
+  batch.sortObjects = false;
+  for (let b = 0; b < nb; b++) {
+    const n = to[b + 1] - to[b], x = new Float32Array(9 * Math.max(n, 1)), normal = new Float32Array(x.length);
+    for (let k = 0; k < 3 * n; k++) { const i = t[3 * to[b] + k] * 3; x[3 * k] = v[i]; x[3 * k + 1] = v[i + 1]; x[3 * k + 2] = v[i + 2]; }
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(x, 3));
+    g.setAttribute("normal", new BufferAttribute(normal, 3));
+    g.computeVertexNormals();
+    const id = batch.addGeometry(g);
+    batch.addInstance(id);
+    batch.setColorAt(b, rock(b));
+    if (nb <= 150) edges.push(outline(v, t, to[b], to[b + 1], b));
+    g.dispose();
+  }
+  scene.add(batch);
+  for (const e of edges) scene.add(e);
+
+  // A dot of constant size, so that a boulder of two metres is seen on a slope of a kilometre.
+  const g = new BufferGeometry(), c = new Float32Array(3 * nb);
+  for (let b = 0; b < nb; b++) rock(b).toArray(c, 3 * b);
+  g.setAttribute("position", new BufferAttribute(new Float32Array(3 * nb), 3));
+  g.setAttribute("color", new BufferAttribute(c, 3));
+  g.boundingSphere = new Sphere(new Vector3(), 1e9);
+  markers = new Points(g, new PointsMaterial({ size: nb > 200 ? 2.5 : 7, sizeAttenuation: false, vertexColors: true, depthTest: true, transparent: true, opacity: 0.95 }));
+  markers.material.onBeforeCompile = (s) => {
+    s.fragmentShader = s.fragmentShader.replace("#include <clipping_planes_fragment>", "#include <clipping_planes_fragment>\nif (length(gl_PointCoord - .5) > .5) discard;");
+  };
+  scene.add(markers);
+}
+
+// Edges between faces that are not coplanar.
+function outline(v, t, first, last, b) {
+  const faces = new Map(), p = (i) => new Vector3(v[3 * i], v[3 * i + 1], v[3 * i + 2]), out = [];
+  for (let k = first; k < last; k++) {
+    const id = [t[3 * k], t[3 * k + 1], t[3 * k + 2]], n = p(id[1]).sub(p(id[0])).cross(p(id[2]).sub(p(id[0]))).normalize();
+    for (let e = 0; e < 3; e++) {
+      const a = id[e], c = id[(e + 1) % 3], key = a < c ? a * 1e7 + c : c * 1e7 + a;
+      if (!faces.has(key)) faces.set(key, n);
+      else if (faces.get(key).dot(n) < 0.9995) out.push(...p(a).toArray(), ...p(c).toArray());
+    }
+  }
+  const g = new BufferGeometry();
+  g.setAttribute("position", new BufferAttribute(new Float32Array(out), 3));
+  const line = new LineSegments(g, new LineBasicMaterial({ color: 0x15181c, transparent: true, opacity: 0.55 }));
+  line.matrixAutoUpdate = false;
+  line.frustumCulled = false;
+  line.userData.block = b;
+  return line;
+}
+
+function addTrajectories() {
+  view.fastest = frames.speed.reduce((a, s) => (s > a ? s : a), 1e-9);
+  // The blocks that went farthest, if there are too many to show.
+  const chosen = [...Array(nb).keys()].filter((b) => (blocks[b].path_length || 0) > 0.02 * extent).sort((a, b) => blocks[b].path_length - blocks[a].path_length).slice(0, 150);
+  const step = Math.max(1, Math.ceil((nf * chosen.length) / 60000)), points = [], tones = [], c = [0, 0, 0];
+  for (const b of chosen) {
+    let last = -1;
+    for (let k = 0; k < nf; k = k + step < nf || k === nf - 1 ? k + step : nf - 1) {
+      const i = (k * nb + b) * 3;
+      if (!(frames.position[i] === frames.position[i])) continue;
+      if (last >= 0) {
+        const j = (last * nb + b) * 3, d = Math.hypot(frames.position[i] - frames.position[j], frames.position[i + 1] - frames.position[j + 1], frames.position[i + 2] - frames.position[j + 2]);
+        if (d < 1e-4 * extent && k !== nf - 1) continue;
+        points.push(frames.position[j], frames.position[j + 1], frames.position[j + 2], frames.position[i], frames.position[i + 1], frames.position[i + 2]);
+        for (const m of [last, k]) { const s = color("speed", frames.speed[m * nb + b] / view.fastest, c); tones.push(s[0] ** 2.2, s[1] ** 2.2, s[2] ** 2.2); }
+      }
+      last = k;
+    }
+  }
+  if (!points.length) return;
+  const g = new LineSegmentsGeometry();
+  g.setPositions(points);
+  g.setColors(tones);
+  lines = new LineSegments2(g, new LineMaterial({ linewidth: chosen.length > 30 ? 1.3 : 2.6, vertexColors: true, transparent: true, opacity: chosen.length > 30 ? 0.6 : 0.95 }));
+  lines.frustumCulled = false;
+  scene.add(lines);
+}
+
+function addStructures() {
+  structures.forEach((s, index) => {
+    const group = new Group(), epochs = s.epochs.map((key) => {
+      const nodes = array(`${key}_nodes`), quads = array(`${key}_quads`), n = quads.length / 4;
+      const g = new BufferGeometry(), order = new Uint32Array(6 * n);
+      for (let q = 0; q < n; q++) order.set([4 * q, 4 * q + 1, 4 * q + 2, 4 * q, 4 * q + 2, 4 * q + 3], 6 * q);
+      g.setAttribute("position", new BufferAttribute(new Float32Array(12 * n), 3));
+      g.setAttribute("normal", new BufferAttribute(new Float32Array(12 * n), 3));
+      g.setAttribute("color", new BufferAttribute(new Float32Array(12 * n), 3));
+      g.setIndex(new BufferAttribute(order, 1));
+      const mesh = new Mesh(g, new MeshStandardMaterial({ vertexColors: true, roughness: 0.85, metalness: 0, flatShading: true }));
+      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.frustumCulled = false;
+      mesh.userData.structure = index;
+      const wire = new BufferGeometry(), pairs = new Uint32Array(8 * n);
+      for (let q = 0; q < n; q++) pairs.set([4 * q, 4 * q + 1, 4 * q + 1, 4 * q + 2, 4 * q + 2, 4 * q + 3, 4 * q + 3, 4 * q], 8 * q);
+      wire.setAttribute("position", g.getAttribute("position"));
+      wire.setIndex(new BufferAttribute(pairs, 1));
+      const net = new LineSegments(wire, new LineBasicMaterial({ color: 0x101418, transparent: true, opacity: n > 8000 ? 0.1 : 0.2 }));
+      net.frustumCulled = false;
+      mesh.add(net);
+      mesh.visible = false;
+      group.add(mesh);
+      return { mesh, nodes, quads };
+    });
+    scene.add(group);
+    const times = Float64Array.from(s.frames, (f) => f.time);
+    bodies.push({ s, epochs, times, state: "" });
+  });
+}
+
+export function structureBox(index) {
+  const box = new Box3(), nodes = bodies[index] && bodies[index].epochs.length ? bodies[index].epochs[0].nodes : [];
+  for (let i = 0; i < nodes.length; i += 3) box.expandByPoint(new Vector3(nodes[i], nodes[i + 1], nodes[i + 2]));
+  return box;
+}
+
+// Shape and colours of a structure at t; displacements linear between stored frames, cell values of the frame before.
+function showStructure(body, t) {
+  if (!body.times.length) return;
+  const k = before(body.times, t), f = body.s.frames[k], next = body.s.frames[Math.min(k + 1, body.times.length - 1)];
+  const same = next.epoch === f.epoch, gap = next.time - f.time, s = same && gap > 0 ? Math.min(Math.max((t - f.time) / gap, 0), 1) : 0;
+  const state = [f.data, next.data, f.data === next.data ? 0 : s.toFixed(3), view.field, view.exaggeration].join();
+  if (state === body.state) return;
+  body.state = state;
+  body.epochs.forEach((e, i) => { e.mesh.visible = i === f.epoch; });
+  const e = body.epochs[f.epoch], g = e.mesh.geometry, x = g.getAttribute("position").array, tone = g.getAttribute("color").array;
+  const a = array(`${f.data}_displacement`), b = same ? array(`${next.data}_displacement`) : a, unit = body.s.displacement_max / 32767, scale = unit * view.exaggeration;
+  const cells = view.field === "damage" ? array(`${f.data}_damage`) : view.field === "stress" ? array(`${f.data}_stress`) : null;
+  const top = view.field === "damage" ? 255 : 65535, map = view.field === "damage" ? "damage" : view.field === "stress" ? "magma" : "viridis";
+  const largest = body.s.displacement_max || 1, c = [0, 0, 0];
+  for (let q = 0, n = e.quads.length; q < n; q++) {
+    const i = 3 * e.quads[q];
+    let size = 0;
+    for (let d = 0; d < 3; d++) {
+      const u = a.length ? a[i + d] + s * (b[i + d] - a[i + d]) : 0;
+      x[3 * q + d] = e.nodes[i + d] + scale * u;
+      size += u * u;
+    }
+    if (view.field === "displacement") color(map, Math.sqrt(size) * unit / largest, c);
+    else if (view.field === "plain" || !cells.length) { c[0] = 0.72; c[1] = 0.7; c[2] = 0.66; }
+    else color(map, cells[q >> 2] / top, c);
+    for (let d = 0; d < 3; d++) tone[3 * q + d] = c[d] ** 2.2;
+  }
+  g.getAttribute("position").needsUpdate = true;
+  g.getAttribute("color").needsUpdate = true;
+  g.boundingSphere = g.boundingBox = null;
+}
+
+function addArrows() {
+  for (const m of impacts) {
+    const d = new Vector3(...m.impulse), p = new Vector3(m.point[0] - origin[0], m.point[1] - origin[1], m.point[2] - origin[2]);
+    if (d.length() === 0) continue;
+    const box = bodies.length ? structureBox(0).getSize(new Vector3()).length() : extent * 0.1, length = Math.max(0.35 * box, 1e-3);
+    const a = new ArrowHelper(d.clone().normalize(), p.clone().addScaledVector(d.clone().normalize(), -length), length, 0xe0342b, 0.24 * length, 0.13 * length);
+    a.line.material.depthTest = a.cone.material.depthTest = false;
+    a.renderOrder = 5;
+    a.visible = false;
+    scene.add(a);
+    arrows.push({ a, start: m.start, end: m.end });
+  }
+}
+
+const p = { position: [0, 0, 0], q: [1, 0, 0, 0], speed: 0, kinetic: 0 };
+const matrix = new Matrix4(), quaternion = new Quaternion(), place = new Vector3(), one = new Vector3(1, 1, 1), gone = new Matrix4().makeScale(0, 0, 0), followed = new Vector3();
+let following = false;
+
+export function show(t) {
+  if (!renderer || (t === shownTime && !dirty)) return;
+  shownTime = t;
+  const dots = markers ? markers.geometry.getAttribute("position") : null;
+  for (let b = 0; batch && b < nb; b++) {
+    const there = pose(b, t, p);
+    if (there) {
+      place.set(...p.position);
+      matrix.compose(place, quaternion.set(p.q[1], p.q[2], p.q[3], p.q[0]), one);
+      batch.setMatrixAt(b, matrix);
+      dots.setXYZ(b, place.x, place.y, place.z);
+      if (edges[b]) { edges[b].matrix.copy(matrix); edges[b].matrixWorldNeedsUpdate = true; edges[b].visible = true; }
+      if (b === view.follow) {
+        // The camera keeps its offset from the block.
+        if (following) { const d = place.clone().sub(followed); camera.position.add(d); controls.target.add(d); }
+        followed.copy(place);
+        following = true;
+      }
+    } else {
+      batch.setMatrixAt(b, gone);
+      dots.setXYZ(b, 1e8, 1e8, 1e8);
+      if (edges[b]) edges[b].visible = false;
+    }
+  }
+  if (dots) dots.needsUpdate = true;
+  for (const body of bodies) showStructure(body, t);
+  for (const { a, start, end } of arrows) a.visible = t >= start && t <= end + 0.25;
+  dirty = true;
+}
+
+let glide = null;
+function fly(position, target, quick) {
+  view.follow = -1;
+  following = false;
+  if (quick) { camera.position.copy(position); controls.target.copy(target); controls.update(); dirty = true; return; }
+  glide = { from: camera.position.clone(), to: position, a: controls.target.clone(), b: target, start: performance.now() };
+}
+
+// Where the blocks come from, seen from where they go: the overview looks up the slope from its side.
+const travel = (() => {
+  let x = 0, y = 0;
+  blocks.forEach((b) => { if (b.end && b.start && !b.fixed) { x += b.end[0] - b.start[0]; y += b.end[1] - b.start[1]; } });
+  const n = Math.hypot(x, y);
+  return n > 1e-3 * extent ? new Vector3(x / n, y / n, 0) : new Vector3(1, 0, 0);
+})();
+export const along = travel;
+
+export const cameras = {
+  overview: (quick) => {
+    const side = new Vector3(-travel.y, travel.x, 0), aspect = camera.aspect;
+    fly(middle.clone().addScaledVector(travel, 0.55 * extent).addScaledVector(side, -1.05 * extent / Math.min(1, aspect)).add(new Vector3(0, 0, 0.62 * extent)), middle, quick);
+  },
+  structure: (quick) => {
+    if (!bodies.length) return;
+    const hit = structures.findIndex((s) => impacts.some((m) => m.structure === s.name)), box = structureBox(Math.max(hit, 0)), c = box.getCenter(new Vector3()), r = box.getSize(new Vector3()).length();
+    const side = new Vector3(-travel.y, travel.x, 0);
+    fly(c.clone().addScaledVector(travel, -0.75 * r).addScaledVector(side, -1.15 * r).add(new Vector3(0, 0, 0.45 * r)), c, quick);
+  },
+  follow: (quick) => {
+    const first = impacts.length ? blocks.findIndex((b) => b.name === impacts[0].block) : 0, b = selected.kind === "block" ? selected.index : Math.max(first, 0);
+    if (!nb || !pose(b, shownTime || 0, p)) return;
+    const c = new Vector3(...p.position), r = Math.max(7 * Math.cbrt(blocks[b].volume || 1), 0.02 * extent), side = new Vector3(-travel.y, travel.x, 0);
+    camera.position.copy(c).addScaledVector(travel, 0.4 * r).addScaledVector(side, -1.5 * r).add(new Vector3(0, 0, 0.8 * r));
+    controls.target.copy(c);
+    controls.update();
+    view.follow = b;
+    followed.copy(c);
+    following = true;
+    glide = null;
+    dirty = true;
+  },
+  top: (quick) => fly(middle.clone().add(new Vector3(0, -0.002 * extent, 1.7 * extent / Math.min(1, camera.aspect))), middle, quick),
+  side: (quick) => fly(middle.clone().addScaledVector(new Vector3(-travel.y, travel.x, 0), -1.6 * extent / Math.min(1, camera.aspect)).add(new Vector3(0, 0, 0.06 * extent)), middle, quick),
+};
+
+export function select(kind, index) {
+  if (batch && selected.kind === "block") batch.setColorAt(selected.index, rock(selected.index));
+  selected = { kind, index };
+  if (batch && kind === "block") batch.setColorAt(index, new Color("#ffd166"));
+  dirty = true;
+}
+
+const ray = new Raycaster();
+function pick(event, canvas) {
+  const r = canvas.getBoundingClientRect();
+  ray.setFromCamera(new Vector2(((event.clientX - r.left) / r.width) * 2 - 1, 1 - ((event.clientY - r.top) / r.height) * 2), camera);
+  const targets = bodies.flatMap((b) => b.epochs.map((e) => e.mesh)).filter((m) => m.visible);
+  if (batch) { batch.computeBoundingSphere(); targets.push(batch); }
+  const hit = ray.intersectObjects(targets, false)[0];
+  if (hit) return hit.object === batch ? { kind: "block", index: hit.batchId } : { kind: "structure", index: hit.object.userData.structure };
+  // Near misses count: a boulder far away is a few pixels wide.
+  let best = 14, index = -1;
+  for (let b = 0; b < nb; b++) {
+    if (!pose(b, shownTime, p)) continue;
+    const q = new Vector3(...p.position).project(camera);
+    if (q.z > 1) continue;
+    const d = Math.hypot(((q.x + 1) / 2) * r.width + r.left - event.clientX, ((1 - q.y) / 2) * r.height + r.top - event.clientY);
+    if (d < best) { best = d; index = b; }
+  }
+  return index >= 0 ? { kind: "block", index } : null;
+}
+
+// Where a block is on the screen, for tests and labels: [x, y] in page pixels, or null.
+export function onScreen(b, t) {
+  if (!camera || !pose(b, t, p)) return null;
+  const r = renderer.domElement.getBoundingClientRect(), q = new Vector3(...p.position).project(camera);
+  return q.z > 1 ? null : [((q.x + 1) / 2) * r.width + r.left, ((1 - q.y) / 2) * r.height + r.top];
+}
+
+export function picture() {
+  renderer.render(scene, camera);
+  return renderer.domElement.toDataURL("image/png");
+}
+
+export function refresh() {
+  for (const b of bodies) b.state = "";
+  if (lines) lines.visible = view.trajectories;
+  dirty = true;
+  const t = shownTime;
+  shownTime = NaN;
+  show(t);
+}
+
+export function theme(dark) {
+  if (!renderer) return;
+  scene.getObjectByName("sky").intensity = dark ? 0.85 : 1.15;
+  sun.intensity = dark ? 2.1 : 2.7;
+  dirty = true;
+}
+
+// Throws where there is no WebGL.
+export function open(canvas, onPick) {
+  renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
+  renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
+  renderer.shadowMap.enabled = true;
+  renderer.shadowMap.type = PCFSoftShadowMap;
+  scene = new Scene();
+  camera = new PerspectiveCamera(38, 1, extent * 1e-3, extent * 40);
+  camera.up.set(0, 0, 1);
+  controls = new OrbitControls(camera, canvas);
+  controls.enableDamping = true;
+  controls.dampingFactor = 0.12;
+  controls.zoomToCursor = true;
+  controls.maxDistance = extent * 12;
+  controls.addEventListener("change", () => { dirty = true; });
+  controls.addEventListener("start", () => { glide = null; });
+
+  const sky = new HemisphereLight(0xdfe9f5, 0x8b8172, 1.1);
+  sky.name = "sky";
+  scene.add(sky, new AmbientLight(0xffffff, 0.12));
+  // Light from the north-west, as on maps.
+  sun = new DirectionalLight(0xfff3e2, 2.6);
+  sun.position.copy(middle).add(new Vector3(-0.75, 0.75, 1.0).multiplyScalar(extent));
+  sun.target.position.copy(middle);
+  sun.castShadow = true;
+  sun.shadow.mapSize.set(2048, 2048);
+  const s = sun.shadow.camera;
+  s.left = s.bottom = -0.8 * extent;
+  s.right = s.top = 0.8 * extent;
+  s.near = 0.01 * extent;
+  s.far = 4 * extent;
+  sun.shadow.bias = -0.0004;
+  sun.shadow.normalBias = 0.0006 * extent;
+  scene.add(sun, sun.target);
+
+  addTerrain();
+  addBlocks();
+  addStructures();
+  addTrajectories();
+  addArrows();
+
+  let down = null;
+  canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; });
+  canvas.addEventListener("pointerup", (e) => {
+    if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 5) onPick(pick(e, canvas));
+    down = null;
+  });
+  const resize = () => {
+    const w = canvas.parentElement.clientWidth, h = canvas.parentElement.clientHeight;
+    renderer.setSize(w, h, false);
+    camera.aspect = w / h;
+    camera.updateProjectionMatrix();
+    dirty = true;
+  };
+  resize();
+  new ResizeObserver(resize).observe(canvas.parentElement);
+}
+
+// Draws if something has changed; called every animation frame.
+export function draw() {
+  if (glide) {
+    const s = Math.min((performance.now() - glide.start) / 650, 1), e = s * s * (3 - 2 * s);
+    camera.position.lerpVectors(glide.from, glide.to, e);
+    controls.target.lerpVectors(glide.a, glide.b, e);
+    if (s === 1) glide = null;
+    dirty = true;
+  }
+  controls.update();
+  if (!dirty) return;
+  dirty = false;
+  // The camera stays above the ground.
+  const z = ground(camera.position.x, camera.position.y);
+  if (z === z && camera.position.z < z + 0.004 * extent) camera.position.z = z + 0.004 * extent;
+  const d = camera.position.distanceTo(controls.target);
+  camera.near = Math.max(d * 0.01, extent * 1e-5);
+  camera.far = d + extent * 8;
+  camera.updateProjectionMatrix();
+  renderer.render(scene, camera);
+}

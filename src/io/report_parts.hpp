@@ -1,0 +1,79 @@
+/// What report.cpp gathers: decimation, rasters, filters. Internal to io; declared here for the tests.
+#pragma once
+#include <array>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/types.hpp"
+#include "io/hdf5_file.hpp"
+
+namespace talus::io {
+
+/// Arrays one after the other, each at a multiple of 8 bytes, with an index of offset, type and shape.
+class Blob {
+ public:
+  template <class T>
+  void add(const std::string& name, const std::vector<T>& values, const Dims& dims) {
+    while (bytes_.size() % 8 != 0) bytes_.push_back('\0');
+    index_[name] = {{"offset", bytes_.size()}, {"type", type<T>()}, {"dims", dims}};
+    bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+  }
+  const std::string& bytes() const { return bytes_; }
+  const nlohmann::json& index() const { return index_; }
+
+ private:
+  template <class T>
+  static const char* type() {
+    if constexpr (std::is_same_v<T, float>) return "f32";
+    else if constexpr (std::is_same_v<T, double>) return "f64";
+    else if constexpr (std::is_same_v<T, std::int16_t>) return "i16";
+    else if constexpr (std::is_same_v<T, std::uint16_t>) return "u16";
+    else if constexpr (std::is_same_v<T, std::uint8_t>) return "u8";
+    else return "u32";
+  }
+  std::string bytes_;
+  nlohmann::json index_ = nlohmann::json::object();
+};
+
+/// Time intervals that deserve more frames, s.
+using Windows = std::vector<std::pair<double, double>>;
+
+/// At most `budget` indices of `time`, ascending, first and last included; a third of them inside the windows.
+std::vector<std::size_t> pick_frames(std::span<const double> time, std::size_t budget, const Windows& windows);
+
+/// Indices that keep the minimum and maximum of every series in each of about budget / 2 / series intervals.
+std::vector<std::size_t> pick_extremes(std::size_t n, const std::vector<std::span<const double>>& series, std::size_t budget);
+
+/// Triangles with vertices merged on a grid: fine within `region`, coarse outside, coarser until at most `budget` remain.
+/// No cracks arise, since a vertex goes to the same place in every triangle.
+struct Mesh {
+  std::vector<Vec3> vertices;
+  std::vector<std::array<int, 3>> triangles;
+};
+Mesh decimate(const Mesh& mesh, const Box3& region, std::size_t budget);
+
+/// Highest point of the surface at the nodes of a grid over [min, max] in plan; NaN where there is none.
+struct Raster {
+  int nx = 0, ny = 0;
+  double x0 = 0, y0 = 0, dx = 1, dy = 1;
+  std::vector<float> z;  // row-major, y slow
+};
+Raster rasterise(const Mesh& mesh, const Box3& region, int largest_side);
+
+/// Outer quadrilaterals of hexahedra: faces that belong to one cell only, and that cell.
+struct Skin {
+  std::vector<std::array<int, 4>> quads;
+  std::vector<int> cell;
+};
+Skin skin(std::span<const std::int32_t> hexes);
+
+/// Butterworth low-pass of second order, run forwards and backwards (no phase shift, four poles), of samples at equal steps
+/// [sae-j211]. `cutoff` is the -3 dB frequency of one pass. Beyond 0.4 of the sampling rate the samples come back unchanged.
+std::vector<double> low_pass(std::vector<double> samples, double step, double cutoff);
+
+std::string base64(std::string_view bytes);
+
+}  // namespace talus::io

@@ -1,0 +1,152 @@
+// node report.test.mjs NODE_MODULES CHROMIUM SAMPLES [PICTURES]
+import { createRequire } from "node:module";
+import assert from "node:assert/strict";
+import fs from "node:fs";
+import os from "node:os";
+import path from "node:path";
+import { pathToFileURL } from "node:url";
+
+const [modules, chromium, samples, pictures] = process.argv.slice(2);
+const { chromium: launcher } = createRequire(path.join(path.resolve(modules), "x.js"))("playwright-core");
+const flags = ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync"];
+
+async function withPage(extra, options, file, work) {
+  const profile = fs.mkdtempSync(path.join(os.tmpdir(), "talus-browser-"));
+  const context = await launcher.launchPersistentContext(profile, { executablePath: chromium, headless: true, args: [...flags, ...extra], viewport: { width: 1440, height: 1000 }, offline: true, ...options });
+  try {
+    const page = context.pages()[0] || (await context.newPage()), errors = [];
+    page.on("console", (m) => { if (m.type() === "error") errors.push(m.text()); });
+    page.on("pageerror", (e) => errors.push(String(e)));
+    page.on("request", (r) => { if (!/^(file|data|blob):/.test(r.url())) errors.push(`network: ${r.url()}`); });
+    const start = Date.now();
+    await page.goto(pathToFileURL(path.join(samples, file, "report.html")).href);
+    await page.waitForFunction(() => window.talus !== undefined);
+    const opened = Date.now() - start;
+    await work(page, opened);
+    assert.deepEqual(errors, [], "console errors");
+  } finally {
+    await context.close();
+    fs.rmSync(profile, { recursive: true, force: true });
+  }
+}
+const shot = (page, name, options) => (pictures ? page.screenshot({ path: path.join(pictures, `${name}.png`), ...options }) : null);
+const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
+const only = process.env.TALUS_BROWSER_ONLY;
+const tests = {
+  async "playback moves, picking works, keys work"() {
+    await withPage(software, { colorScheme: "dark" }, "one", async (page, opened) => {
+      assert.ok(opened < 15000, `opened in ${opened} ms`);
+      assert.equal(await page.evaluate(() => window.talus.webgl), true, "WebGL");
+      assert.match(await page.textContent("#headline"), /B1 struck P2 at 5/);
+      await page.waitForTimeout(600);
+      await shot(page, "one-dark");
+      // What is drawn is not one colour.
+      const before = await page.locator("#stage").screenshot();
+      await page.click("#play");
+      await page.waitForTimeout(1200);
+      const t = await page.evaluate(() => window.talus.time);
+      assert.ok(t > 0.05, `time moved to ${t}`);
+      await page.keyboard.press(" ");
+      assert.equal(await page.evaluate(() => window.talus.playing), false);
+      const after = await page.locator("#stage").screenshot();
+      assert.notDeepEqual(before, after, "the picture changed");
+
+      await page.evaluate(() => { window.talus.setTime(5.3); window.talus.preset("structure", true); });
+      await page.waitForTimeout(500);
+      await shot(page, "structure");
+      const box = await page.locator("#view").boundingBox();
+      await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+      assert.deepEqual(await page.evaluate(() => window.talus.chosen), { kind: "structure", index: 0 });
+      assert.match(await page.textContent("#panel"), /P2/);
+      await page.waitForSelector("#panel .uplot");
+      await shot(page, "picked-structure");
+      await page.keyboard.press("Escape");
+      assert.equal(await page.isVisible("#panel"), false);
+
+      await page.evaluate(() => { window.talus.setTime(3); window.talus.preset("overview", true); });
+      await page.waitForTimeout(300);
+      const [x, y] = await page.evaluate(() => window.talus.onScreen(0));
+      await page.mouse.click(x, y);
+      assert.deepEqual(await page.evaluate(() => window.talus.chosen), { kind: "block", index: 0 });
+      assert.match(await page.textContent("#panel h3"), /B1/);
+      await page.waitForSelector("#panel .uplot");
+      await shot(page, "picked-block");
+      await page.keyboard.press("Escape");
+
+      const now = await page.evaluate(() => window.talus.time);
+      await page.keyboard.press("ArrowRight");
+      assert.ok((await page.evaluate(() => window.talus.time)) > now);
+      await page.keyboard.press("Home");
+      assert.equal(await page.evaluate(() => window.talus.time), 0);
+      await page.keyboard.press(".");
+      assert.ok(Math.abs((await page.evaluate(() => window.talus.time)) - 4.98) < 1e-6, "next impact");
+      const theme = await page.getAttribute("html", "data-theme");
+      await page.keyboard.press("t");
+      assert.notEqual(await page.getAttribute("html", "data-theme"), theme);
+      await page.selectOption("#field", "displacement");
+      assert.match(await page.textContent("#legend"), /Displacement/);
+
+      const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("p")]);
+      const png = fs.readFileSync(await download.path());
+      assert.equal(png.subarray(1, 4).toString(), "PNG");
+      assert.ok(png.length > 5000, "the picture shows something");
+
+      // Every plot gets drawn when it comes into sight.
+      await page.evaluate(async () => { for (let y = 0; y < document.body.scrollHeight; y += 500) { scrollTo(0, y); await new Promise((r) => setTimeout(r, 60)); } });
+      const figures = await page.locator("#plots figure").count();
+      assert.ok(figures >= 7, `${figures} plots`);
+      assert.equal(await page.locator("#plots .uplot").count(), figures);
+      assert.ok((await page.locator("#tables table").count()) >= 6);
+      await shot(page, "one-light-full", { fullPage: true });
+      await page.evaluate(() => { window.copied = ""; Object.defineProperty(navigator, "clipboard", { value: { writeText: async (t) => { window.copied = t; } }, configurable: true }); });
+      await page.locator(".table", { hasText: "Impacts" }).locator("button.copy").click();
+      const copied = await page.evaluate(() => window.copied);
+      assert.equal(copied.split("\n").length, 2);
+      assert.equal(copied.split("\n")[0].split("\t").length, copied.split("\n")[1].split("\t").length);
+    });
+  },
+  async "a phone's width has no sideways scrolling"() {
+    await withPage(software, { viewport: { width: 390, height: 844 }, colorScheme: "light" }, "one", async (page) => {
+      const [wide, seen] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+      assert.ok(wide <= seen + 1, `page is ${wide} wide in ${seen}`);
+      await page.evaluate(() => { window.talus.setTime(5.02); });
+      await page.waitForTimeout(300);
+      await shot(page, "phone");
+      await shot(page, "phone-full", { fullPage: true });
+    });
+  },
+  async "a thousand blocks play"() {
+    await withPage(software, { colorScheme: "light" }, "many", async (page, opened) => {
+      console.log(`    opened in ${opened} ms`);
+      assert.ok(fs.statSync(path.join(samples, "many", "report.html")).size < 20e6);
+      await page.evaluate(() => window.talus.setTime(4));
+      await page.waitForTimeout(1200);
+      await shot(page, "many");
+      const t = await page.evaluate(() => { window.talus.play(true); return window.talus.time; });
+      await page.waitForTimeout(1500);
+      assert.ok((await page.evaluate(() => window.talus.time)) > t);
+    });
+  },
+  async "no blocks, and no WebGL"() {
+    await withPage(software, {}, "none", async (page) => { assert.match(await page.textContent("#headline"), /P2/); });
+    await withPage(["--disable-gpu", "--disable-software-rasterizer", "--disable-3d-apis"], {}, "one", async (page) => {
+      assert.equal(await page.evaluate(() => window.talus.webgl), false);
+      assert.match(await page.textContent("#no-webgl"), /no WebGL/);
+      await page.click("#play");
+      await page.waitForTimeout(400);
+      assert.ok((await page.evaluate(() => window.talus.time)) > 0);
+    });
+  },
+};
+let failed = 0;
+for (const [name, test] of Object.entries(tests)) {
+  if (only && !name.includes(only)) continue;
+  try {
+    await test();
+    console.log(`ok   ${name}`);
+  } catch (e) {
+    failed++;
+    console.log(`FAIL ${name}\n${e.stack}`);
+  }
+}
+process.exit(failed ? 1 : 0);
