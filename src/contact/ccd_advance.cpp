@@ -39,8 +39,9 @@ struct Levels {
 };
 
 struct Scratch {
-  Hull a, b;
+  Hull a, b, start;
   std::vector<int> triangles;
+  std::vector<std::pair<Vec3, double>> pressed;  // normal and gap of the triangles in contact at the start
 };
 thread_local Scratch scratch;
 
@@ -219,15 +220,6 @@ void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, doub
   }
 }
 
-/// One convex piece against another over [s0, s1]: the hit, or `never`. In touching mode each piece has its own start gap.
-double piece_impact(const Mover& A, const Mover& B, double s0, double s1, bool touching, double tolerance) {
-  double start = 0;
-  if (touching) {
-    start = look(A, B, s0, scratch.a, scratch.b).gap;
-    if (s0 > 0 && start <= -10 * tolerance) start = look(A, B, 0, scratch.a, scratch.b).gap;
-  }
-  return advance(A, B, s0, s1, levels_for(start, touching, tolerance));
-}
 
 }  // namespace
 
@@ -240,16 +232,17 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
     return advance(a, b, 0, 1, levels_for(gap, gap <= tolerance, tolerance));
   }
   const Box3 common = box_a.intersection(box_b);
-  bool touching = false;
+  double start = std::numeric_limits<double>::infinity();
   pieces(a, flat_a, common, 0, 0, tolerance, [&](const Mover& pa) {
     pieces(b, flat_b, common, 0, 0, tolerance, [&](const Mover& pb) {
-      if (!touching && look(pa, pb, 0, scratch.a, scratch.b).gap <= tolerance) touching = true;
+      start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap);
     });
   });
+  const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
   pieces(a, flat_a, common, 0, 1, tolerance, [&](const Mover& pa) {
     pieces(b, flat_b, common, 0, 1, tolerance, [&](const Mover& pb) {
-      first = std::min(first, piece_impact(pa, pb, 0, std::min(first, 1.0), touching, tolerance));
+      first = std::min(first, advance(pa, pb, 0, std::min(first, 1.0), levels));
     });
   });
   return first;
@@ -313,16 +306,25 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   };
 
   bool touching = false;
-  const Box3 start = swept(b, 0, 0, tolerance);
-  candidates(start);
-  for (const int t : scratch.triangles) {
-    if (touching) break;
+  auto& pressed = scratch.pressed;
+  pressed.clear();
+  candidates(swept(b, 0, 0, tolerance));
+  for (const int t : scratch.triangles)
     with_triangle(t, [&](const Mover& a) {
-      pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance, [&](const Mover& piece) {
-        if (!touching && look(a, piece, 0, scratch.a, scratch.b).gap <= tolerance) touching = true;
-      });
+      double gap = std::numeric_limits<double>::infinity();
+      pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance,
+             [&](const Mover& piece) { gap = std::min(gap, look(a, piece, 0, scratch.a, scratch.b).gap); });
+      if (gap > tolerance) return;
+      touching = true;
+      if (gap < 0) pressed.emplace_back(surface.normal[t], gap);
     });
-  }
+  // What counts as deeper than at the start: on ground of about the same slope the block is pressed in as deep already.
+  const auto levels = [&](int t) {
+    double start = 0;
+    for (const auto& [n, gap] : pressed)
+      if (n.dot(surface.normal[t]) > 0.7) start = std::min(start, gap);
+    return levels_for(start, touching, tolerance);
+  };
 
   // Halve the interval while its box is long against the block; the earlier half first.
   struct Span {
@@ -344,12 +346,22 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
     }
     candidates(box);
     double first = never;
-    for (const int t : scratch.triangles)
+    scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
+    Bound above{&scratch.start, Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero(), motion_b.rotation, velocity(motion_b, span.s0),
+                2 * motion_b.half_gravity_step, 0, b.reach};
+    const Vec3 centre = motion_b.at(span.s0).c;
+    for (const int t : scratch.triangles) {
+      // Most triangles are cleared at once: the whole block stays above their plane.
+      const Levels level = levels(t);
+      above.n = surface.normal[t];
+      above.level = above.n.dot(X[T[t][0]] - centre);
+      if (above.over(std::min(first, span.s1) - span.s0) >= level.aim) continue;
       with_triangle(t, [&](const Mover& a) {
         pieces(b, flat_b, surface.triangle_box(t), span.s0, span.s1, tolerance, [&](const Mover& piece) {
-          first = std::min(first, piece_impact(a, piece, span.s0, std::min(first, span.s1), touching, tolerance));
+          first = std::min(first, advance(a, piece, span.s0, std::min(first, span.s1), level));
         });
       });
+    }
     if (first <= 1) return first;
   }
   return never;

@@ -95,7 +95,7 @@ bool face_manifold(const Pair& pair, bool reference_is_a, int f, std::vector<Con
   Scratch& s = pair.s;
   points.clear();
   area = 0;
-  const Vec3 n = R.normal(f);
+  const Vec3& n = R.normal(f);
   const Vec3 r0 = R.vertex(R.face_vertex(f, 0));
   const double level = n.dot(r0);
   const int deepest = Q.lowest(n);
@@ -205,30 +205,29 @@ bool face_manifold(const Pair& pair, bool reference_is_a, int f, std::vector<Con
   return realised;
 }
 
-/// The best face axis of R against Q. Fills gaps per face if asked (for ties).
-Axis best_face(const Hull& R, const Hull& Q, double stop, double touch) {
+/// The best face axis of R against Q; writes the gap of every face into R. Stops at the first gap above `stop`.
+Axis best_face(Hull& R, const Hull& Q, double stop, double touch) {
   Axis best;
   const Polyhedron& p = *R.p;
+  const auto take = [&](int f, double gap) {
+    R.gaps[f] = gap;
+    if (gap > best.gap + touch) best = {gap, f};
+  };
   if (!p.axis_faces.empty()) {
     for (std::size_t i = 0; i < p.axis_faces.size(); ++i) {
       const int f = p.axis_faces[i], o = p.axis_opposite[i];
-      const Vec3 n = R.normal(f);
+      const Vec3& n = R.normal(f);
       double lo, hi;
       Q.extent(n, lo, hi);
-      const double up = lo - n.dot(R.vertex(R.face_vertex(f, 0)));
-      if (up > best.gap + touch) best = {up, f};
-      if (o >= 0) {
-        const double down = n.dot(R.vertex(R.face_vertex(o, 0))) - hi;
-        if (down > best.gap + touch) best = {down, o};
-      }
+      take(f, lo - n.dot(R.vertex(R.face_vertex(f, 0))));
+      if (o >= 0) take(o, n.dot(R.vertex(R.face_vertex(o, 0))) - hi);
       if (best.gap > stop) return best;
     }
     return best;
   }
   for (int f = 0; f < p.faces(); ++f) {
-    const Vec3 n = R.normal(f);
-    const double up = Q.min_height(n) - n.dot(R.vertex(R.face_vertex(f, 0)));
-    if (up > best.gap + touch) best = {up, f};
+    const Vec3& n = R.normal(f);
+    take(f, Q.min_height(n) - n.dot(R.vertex(R.face_vertex(f, 0))));
     if (best.gap > stop) return best;
   }
   return best;
@@ -454,8 +453,8 @@ bool tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
   for (const bool of_a : {true, false}) {
     const Hull &R = of_a ? pair.A : pair.B, &Q = of_a ? pair.B : pair.A;
     for (int f = 0; f < R.p->faces(); ++f) {
-      const Vec3 n = R.normal(f);
-      if (Q.min_height(n) - n.dot(R.vertex(R.face_vertex(f, 0))) < gap - pair.touch) continue;
+      if (R.gaps[f] < gap - pair.touch) continue;
+      const Vec3& n = R.normal(f);
       const Vec3 outward = of_a ? n : Vec3(-n);
       if (best_area >= 0 && outward.dot(best_normal) > parallel_cosine) continue;  // the same two faces again
       double area = 0;
@@ -474,7 +473,9 @@ bool tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
 
 }  // namespace
 
-SignedAxis signed_axis(const Hull& a, const Hull& b) {
+SignedAxis signed_axis(Hull& a, Hull& b) {
+  a.compute_normals();
+  b.compute_normals();
   const double touch = 1e-12 * std::min(a.p->radius, b.p->radius);
   const Axis of_a = best_face(a, b, infinity, touch), of_b = best_face(b, a, infinity, touch);
   const bool small = !a.p->axis_edges.empty() && !b.p->axis_edges.empty() &&
@@ -507,8 +508,10 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
     sep = gjk(s.a, s.b, between, margin);
     if (sep.beyond) return 0;
   }
+  s.a.compute_normals();
   const Axis of_a = best_face(s.a, s.b, margin, touch);
   if (of_a.gap > margin) return 0;
+  s.b.compute_normals();
   const Axis of_b = best_face(s.b, s.a, margin, touch);
   if (of_b.gap > margin) return 0;
   const bool first = of_b.gap <= of_a.gap + touch;
@@ -516,9 +519,15 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   double area = 0;
   bool done = false;
 
-  if (small || sep.overlap || sep.distance <= touch) {
+  // Touching faces whose manifold realises the gap: no other axis can do better than the true distance.
+  if (std::abs(face_gap) <= touch && tied_faces(pair, face_gap, points)) done = true;
+
+  if (!done && face_gap > touch && face_manifold(pair, first, first ? of_a.face : of_b.face, points, area)) done = true;
+
+  if (!done && (small || sep.overlap || sep.distance <= touch)) {
     const EdgeAxis edge = small ? best_edges_small(s.a, s.b, margin) : best_edges_large(s, s.a, s.b, 4 * touch);
     if (edge.gap > margin) return 0;
+    points.clear();
     if (std::max(face_gap, edge.gap) <= touch) {  // touching or overlapping
       const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + touch + 0.02 * std::abs(face_gap);
       if (by_edge && crossing({s, s.a, s.b, pose_a.c, margin, touch + 2 * std::abs(edge.gap)}, edge)) {
@@ -552,17 +561,14 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
     }
   }
   if (!done) {
-    // Separated. A face axis is the answer if its manifold realises the distance.
-    const bool realised = face_manifold(pair, first, first ? of_a.face : of_b.face, points, area);
-    if (!realised) {
-      points.clear();
-      if (small) sep = gjk(s.a, s.b, between, margin);
-      if (sep.beyond) return 0;
-      if (sep.overlap)
-        tied_faces(pair, face_gap, points);
-      else if (sep.distance <= margin)
-        emit_closest(pair, sep, points);
-    }
+    // Separated, and no axis of a face or a crossing realises the distance.
+    points.clear();
+    if (small) sep = gjk(s.a, s.b, between, margin);
+    if (sep.beyond) return 0;
+    if (sep.overlap)
+      tied_faces(pair, face_gap, points);
+    else if (sep.distance <= margin)
+      emit_closest(pair, sep, points);
   }
   for (auto& c : points) {
     c.point_a += pose_a.c;

@@ -14,6 +14,6 @@ struct SignedAxis {
   Vec3 normal;  // out of A
   int owner;
 };
-SignedAxis signed_axis(const Hull& a, const Hull& b);
+SignedAxis signed_axis(Hull& a, Hull& b);
 
 }  // namespace talus::contact::narrow

@@ -42,6 +42,8 @@ struct Hull {
   const Polyhedron* p = nullptr;
   Mat3 F, cof;
   std::vector<double> x, y, z;
+  std::vector<Vec3> normals;   // of all faces, once compute_normals() was called for this pose
+  std::vector<double> gaps;    // per face: gap of the other hull along it, filled by the search for the best axis
   int count = 0, padded = 0;
 
   void set(const Polyhedron& poly, const Vec3& origin, const Mat3& deformation) {
@@ -52,13 +54,20 @@ struct Hull {
     padded = (count + width - 1) / width * width;
     if (static_cast<int>(x.size()) < padded) x.resize(padded), y.resize(padded), z.resize(padded);
     for (int i = 0; i < count; ++i) {
-      const Vec3 w = origin + F * poly.vertices[i];
-      x[i] = w.x(), y[i] = w.y(), z[i] = w.z();
+      const Vec3& X = poly.vertices[i];
+      x[i] = origin.x() + F(0, 0) * X.x() + F(0, 1) * X.y() + F(0, 2) * X.z();
+      y[i] = origin.y() + F(1, 0) * X.x() + F(1, 1) * X.y() + F(1, 2) * X.z();
+      z[i] = origin.z() + F(2, 0) * X.x() + F(2, 1) * X.y() + F(2, 2) * X.z();
     }
     for (int i = count; i < padded; ++i) x[i] = x[0], y[i] = y[0], z[i] = z[0];
   }
   Vec3 vertex(int i) const { return {x[i], y[i], z[i]}; }
-  Vec3 normal(int f) const { return (cof * p->face_normals[f]).normalized(); }
+  void compute_normals() {
+    const std::size_t faces = p->face_normals.size();
+    if (normals.size() < faces) normals.resize(faces), gaps.resize(faces);
+    for (std::size_t f = 0; f < faces; ++f) normals[f] = (cof * p->face_normals[f]).normalized();
+  }
+  const Vec3& normal(int f) const { return normals[f]; }
   int face_size(int f) const { return p->face_offset[f + 1] - p->face_offset[f]; }
   int face_vertex(int f, int k) const { return p->face_vertices[p->face_offset[f] + k]; }
   Packet heights(int i, const Vec3& n) const {
@@ -79,13 +88,14 @@ struct Hull {
   }
   /// Index of the lowest vertex along n; the first of equals.
   int lowest(const Vec3& n) const {
-    int best = 0;
-    double h = n.x() * x[0] + n.y() * y[0] + n.z() * z[0];
-    for (int i = 1; i < count; ++i) {
-      const double g = n.x() * x[i] + n.y() * y[i] + n.z() * z[i];
-      if (g < h) h = g, best = i;
+    const double m = min_height(n);
+    for (int i = 0; i < padded; i += width) {
+      const Packet h = heights(i, n);
+      if (h.minCoeff() <= m)
+        for (int k = 0; k < width; ++k)
+          if (h[k] <= m) return std::min(i + k, count - 1);
     }
-    return best;
+    return 0;
   }
   Box3 box() const {
     Box3 b;
