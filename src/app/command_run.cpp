@@ -10,6 +10,7 @@
 #include "core/sha256.hpp"
 #include "io/checkpoint.hpp"
 #include "io/recorder.hpp"
+#include "io/report.hpp"
 #include "sim/simulation.hpp"
 
 namespace talus::app {
@@ -119,6 +120,7 @@ int run_scene(scene::Scene scene, const Options& options) {
   const std::string resolved = scene.resolved_json;
   const std::string hash = scene_hash(resolved);
   const std::string scene_file = scene.file;
+  const bool report = scene.output.report;
   const std::vector<Problem> warnings = scene.warnings;
   for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
 
@@ -157,7 +159,7 @@ int run_scene(scene::Scene scene, const Options& options) {
   const io::RecorderOptions recording{directory, scene_file, resolved, true};
   io::Recorder recorder = resumed ? io::Recorder(recording, position) : io::Recorder(recording, simulation.header());
   sink_log = &recorder;
-  recorder.log().info(resumed ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"time", simulation.time()}});
+  recorder.log().info(resumed ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"t", simulation.time()}});
   for (const Problem& warning : warnings) recorder.log().warning("scene", {{"text", warning.str()}});
   for (const std::string& line : simulation.plan()) recorder.log().info("plan", {{"text", line}});
   for (const std::string& line : reports) recorder.log().info("report", {{"text", line}});
@@ -180,7 +182,7 @@ int run_scene(scene::Scene scene, const Options& options) {
   outcome.audit_made = result.audit_made;
   recorder.finish(outcome);
   const sim::RunCounters& n = result.counters;
-  recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"time", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
+  recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
                               {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
                               {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
   // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
@@ -189,6 +191,7 @@ int run_scene(scene::Scene scene, const Options& options) {
     fs::remove(directory / checkpoint_name, ignored);
   }
   print_result(result, directory, simulation.time());
+  if (report) fmt::print("Report: {}\n", io::write_report(directory).string());
   return result.exit_code;
 }
 

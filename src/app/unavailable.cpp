@@ -17,6 +17,5 @@ int command_cut(const Options&) { unavailable("cut"); }
 int command_capacity(const Options&) { unavailable("capacity"); }
 int command_verify(const Options&) { unavailable("verify"); }
 int command_formulas(const Options&) { unavailable("formulas"); }
-int command_report(const Options&) { unavailable("report"); }
 
 }  // namespace talus::app

@@ -132,7 +132,7 @@ std::string explain(const std::string& path) {
   if (!key->dimension.none()) line("unit", unit_name(key->dimension));
   line("range", range_text(*key));
   line("default", !key->fallback.empty() ? key->fallback : key->required.empty() && !table ? "none: see below" : "");
-  line("required", key->required);
+  line("required", key->required.compare(0, 6, "always") == 0 ? "yes" : key->required);
   line("source", key->source);
   text += "\n  " + key->doc + "\n";
   const auto below = keys_below(key->path);
@@ -159,7 +159,7 @@ std::string scene_markdown() {
     const std::string range = key.type == Type::quantity || key.type == Type::integer || key.type == Type::vector ? range_text(key) : "";
     if (!range.empty()) type += "; " + range;
     std::string doc = key.doc;
-    if (!key.required.empty()) doc += " Required " + key.required + ".";
+    if (!key.required.empty()) doc += key.required.compare(0, 6, "always") == 0 ? std::string(" Required.") : " Required " + key.required + ".";
     if (!key.source.empty()) doc += " Source: " + key.source + ".";
     const auto escape = [](std::string s) {
       for (std::size_t i = s.find('|'); i != std::string::npos; i = s.find('|', i + 2)) s.insert(i, "\\");

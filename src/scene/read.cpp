@@ -110,7 +110,7 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   return 0;
 }
 
-std::string Reading::file(const View& view, const std::string& key) {
+std::string Reading::file(const View& view, const std::string& key, bool inlined) {
   const Node* node = view.get(key);
   if (!node || node->kind != Node::Kind::text) return {};
   const fs::path path = (fs::path(directory) / node->text).lexically_normal();
@@ -125,7 +125,7 @@ std::string Reading::file(const View& view, const std::string& key) {
     return {};
   }
   const auto booked = std::find_if(scene.files.begin(), scene.files.end(), [&](const auto& f) { return f.first == path.string(); });
-  if (booked == scene.files.end()) {
+  if (booked == scene.files.end() && !inlined) {
     const std::string hash = sha256_file(path.string());
     if (hash.empty()) {
       view.problem(key, fmt::format("{} cannot be read", path.string()), "check its permissions");

@@ -181,7 +181,7 @@ double shape_size(const Shape& shape, double density) {
   return 0;
 }
 
-Shape read_shape(Reading& in, const View& view, int material) {
+Shape read_shape(Reading& in, const View& view, bool scaled_elsewhere) {
   Shape s;
   s.size = view.vector("size");
   s.diameter = view.number("diameter");
@@ -199,7 +199,7 @@ Shape read_shape(Reading& in, const View& view, int material) {
     return s;
   }
   s.kind = view.has("shape") ? view.text("shape") : "file";
-  const bool scaled = view.has("volume") || view.has("mass");
+  const bool scaled = view.has("volume") || view.has("mass") || scaled_elsewhere;
   if (view.has("volume") && view.has("mass")) view.problem("mass", "volume and mass both scale the shape", "give one of them");
   if (s.kind == "file") view.missing("file");
   else if (view.has("file")) view.problem("file", fmt::format("the block is a {} already", s.kind), "remove shape, or file");
@@ -220,7 +220,6 @@ Shape read_shape(Reading& in, const View& view, int material) {
   if (s.kind != "sphere" && s.kind != "box" && view.has("diameter")) view.problem("diameter", "only a sphere has a diameter", "give size, volume or mass");
   if (s.kind == "sphere" && view.has("diameter") && view.has("size")) view.problem("size", "the sphere has a diameter already", "give one of them");
   if (s.kind == "box" && scaled && s.size.isZero()) s.size = Vec3::Ones();
-  (void)material;
   return s;
 }
 
@@ -240,7 +239,7 @@ void read_blocks(Reading& in, const View& root) {
     b.name = in.name(view, "name", fmt::format("B{}", ++place), taken);
     b.material = in.material(view, "material");
     need_density(view, in.scene, b.material);
-    b.shape = read_shape(in, view, b.material);
+    b.shape = read_shape(in, view);
     b.position = view.maybe_vector("position");
     if (b.shape.kind != "file") view.missing("position");
     b.rotation = read_orientation(view);

@@ -81,7 +81,7 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
     law.kind = ContactLaw::Kind::table;
     if (form->has("file") == form->has("points")) form->problem(form->has("file") ? "points" : "kind", "a table law needs exactly one of file and points", "write { kind = \"table\", file = \"law.csv\" }");
     if (form->has("points")) law.table = form->pairs("points");
-    else if (const std::string path = in.file(*form, "file"); !path.empty())
+    else if (const std::string path = in.file(*form, "file", true); !path.empty())
       for (const auto& row : read_numbers(*form, "file", path, 2)) law.table.emplace_back(row[0], row[1]);
     const std::string key = form->has("points") ? "points" : "file";
     if (form->get(key) && !law.table.empty()) {

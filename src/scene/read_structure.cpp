@@ -254,7 +254,7 @@ void read_impact(Reading& in, const View& root) {
     }
   }
   impact.material = in.material(*view, "material");
-  impact.shape = read_shape(in, *view, impact.material);
+  impact.shape = read_shape(in, *view, view->has("trajectories"));
   impact.rotation = read_orientation(*view);
   impact.spin = view->vector("spin");
   impact.point = view->vector("point");
@@ -268,7 +268,7 @@ void read_impact(Reading& in, const View& root) {
   if (view->has("trajectories")) {
     for (const char* key : {"velocity", "point", "angle", "direction"})
       if (view->has(key)) view->problem(key, "the trajectories file gives it", "remove it, or the file");
-    const std::string path = in.file(*view, "trajectories");
+    const std::string path = in.file(*view, "trajectories", true);
     if (path.empty()) return;
     std::vector<std::string> header;
     const auto rows = read_numbers(*view, "trajectories", path, 0, &header);
@@ -294,6 +294,9 @@ void read_impact(Reading& in, const View& root) {
     impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
     if (column("mass") && !view->has("volume")) impact.shape.mass = *column("mass");
     else if (column("volume") && !view->has("mass")) impact.shape.volume = *column("volume");
+    const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 || impact.shape.size.x() > 0 || !impact.shape.vertices.empty() || !impact.shape.file.empty();
+    if (!sized && !column("mass") && !column("volume"))
+      view->problem("trajectories", "the file has no column mass or volume, and the block has no size", "add the column, or give volume, mass or size");
     if (impact.shape.mass < 0 || impact.shape.volume < 0 || (column("mass") && !(impact.shape.mass > 0)))
       view->problem("trajectories", "the mass in this row must be > 0", "correct the file");
   } else {

@@ -21,8 +21,9 @@ struct Reading {
   /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one that only an
   /// interface knows, since nothing but the contact law of it is used.
   int material(const View& view, const std::string& key, bool surface = false);
-  /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its hash.
-  std::string file(const View& view, const std::string& key);
+  /// Absolute path of the file named at `key`, empty if it is absent or cannot be read (reported). Books its hash,
+  /// unless what it holds becomes part of the scene (`inlined`).
+  std::string file(const View& view, const std::string& key, bool inlined = false);
   /// Reports a name that is empty, too long, holds what no file or dataset name may hold, or was taken before.
   std::string name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken);
 };
@@ -36,7 +37,8 @@ void read_impact(Reading& in, const View& root);
 /// Last, when everything that can touch is known.
 void read_interfaces(Reading& in, const View& root);
 
-Shape read_shape(Reading& in, const View& view, int material);
+/// `scaled_elsewhere`: volume or mass come from a file.
+Shape read_shape(Reading& in, const View& view, bool scaled_elsewhere = false);
 /// Rotation body to world; identity if the key is absent.
 Mat3 read_orientation(const View& view);
 /// Dip direction and dip of a joint, from either form.

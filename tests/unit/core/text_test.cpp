@@ -1,0 +1,104 @@
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <thread>
+#include <vector>
+
+#include "core/error.hpp"
+#include "core/log.hpp"
+#include "core/sha256.hpp"
+#include "core/suggest.hpp"
+
+namespace talus {
+namespace {
+
+TEST(EditDistance, KnownValues) {
+  EXPECT_EQ(edit_distance("", ""), 0);
+  EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
+  EXPECT_EQ(edit_distance("dip", "pid"), 2);
+  EXPECT_EQ(edit_distance("veloctiy", "velocity"), 1);   // neighbours swapped
+  EXPECT_EQ(edit_distance("Young", "young"), 0);
+  EXPECT_EQ(edit_distance("", "abc"), 3);
+}
+
+TEST(NearestName, FindsTheNearAndNothingFar) {
+  const std::vector<std::string> names{"density", "young", "poisson", "f_cm"};
+  EXPECT_EQ(nearest_name("densty", names), "density");
+  EXPECT_EQ(nearest_name("yuong", names), "young");
+  EXPECT_EQ(nearest_name("temperature", names), "");
+  EXPECT_EQ(nearest_name("x", {}), "");
+}
+
+// FIPS 180-4 examples.
+TEST(Sha256, KnownValues) {
+  EXPECT_EQ(sha256(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  EXPECT_EQ(sha256("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+  EXPECT_EQ(sha256("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"), "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
+  EXPECT_EQ(sha256(std::string(1000000, 'a')), "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
+}
+
+TEST(Sha256, PiecesGiveTheSameAsTheWhole) {
+  std::string text;
+  for (int i = 0; i < 300; ++i) text += static_cast<char>(i * 7);
+  for (std::size_t cut = 0; cut <= text.size(); ++cut) {
+    Sha256 digest;
+    digest.update(std::string_view(text).substr(0, cut));
+    digest.update(std::string_view(text).substr(cut));
+    ASSERT_EQ(digest.hex(), sha256(text)) << cut;
+  }
+  EXPECT_EQ(sha256_file("/no/such/file"), "");
+}
+
+TEST(Problem, TextNamesPlaceKeyValueRuleAndRemedy) {
+  Problem p;
+  p.file = "a.toml";
+  p.line = 3;
+  p.column = 7;
+  p.key = "block.B1.mass";
+  p.value = "-1";
+  p.rule = "must be > 0 kg";
+  p.remedy = "give a value in this range";
+  EXPECT_EQ(p.str(), "a.toml:3:7: error: block.B1.mass = -1: must be > 0 kg; give a value in this range");
+}
+
+TEST(JsonQuoted, EscapesAndRepairs) {
+  EXPECT_EQ(json_quoted("a\"b\\c\n\x01"), "\"a\\\"b\\\\c\\u000a\\u0001\"");
+  EXPECT_EQ(json_quoted("\u00e9\u4e2d"), "\"\u00e9\u4e2d\"");
+  EXPECT_EQ(json_quoted("\xff\xc0\x80"), "\"\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");
+  EXPECT_EQ(json_quoted("\xed\xa0\x80"), "\"\xef\xbf\xbd\xef\xbf\xbd\xef\xbf\xbd\"");   // a lone surrogate
+}
+
+TEST(JsonLog, OneWholeLineAnEventFromAnyThread) {
+  const std::string path = (std::filesystem::temp_directory_path() / ("talus-log-" + std::to_string(::getpid()))).string();
+  {
+    JsonLog log(path);
+    std::vector<std::thread> threads;
+    for (long i = 0; i < 4; ++i) threads.emplace_back([&log, i] {
+      for (long j = 0; j < 50; ++j) log.info("step", {{"thread", i}, {"n", j}, {"dt", 1e-3}, {"ok", true}, {"name", std::string("B\"1")}});
+    });
+    for (auto& t : threads) t.join();
+    log.warning("nan", {{"x", std::nan("")}});
+  }
+  std::ifstream file(path);
+  std::string line, last;
+  int lines = 0;
+  while (std::getline(file, line)) {
+    ++lines;
+    last = line;
+    EXPECT_EQ(line.front(), '{');
+    EXPECT_EQ(line.back(), '}');
+    EXPECT_NE(line.find("\"event\":"), std::string::npos);
+  }
+  EXPECT_EQ(lines, 201);
+  EXPECT_NE(last.find("\"level\":\"warning\""), std::string::npos) << last;
+  EXPECT_NE(last.find("\"x\":null"), std::string::npos) << last;
+  std::filesystem::remove(path);
+  EXPECT_THROW(JsonLog("/no/such/directory/log.jsonl"), InputError);
+}
+
+}  // namespace
+}  // namespace talus

@@ -1,0 +1,243 @@
+#include <cmath>
+#include <numbers>
+
+#include "fixture.hpp"
+
+namespace talus::scene {
+namespace {
+
+constexpr double degree = std::numbers::pi / 180;
+
+int index(const Scene& scene, const std::string& name) {
+  for (std::size_t i = 0; i < scene.materials.size(); ++i)
+    if (scene.materials[i].name == name) return static_cast<int>(i);
+  ADD_FAILURE() << "no material " << name;
+  return 0;
+}
+
+TEST(ReadScene, FillsTheStructs) {
+  const Place place;
+  const Scene s = read_scene_text(full, place.scene());
+  EXPECT_EQ(s.title, "Boulder against pier P2");
+  EXPECT_EQ(s.simulation.duration, 30);
+  EXPECT_EQ(s.simulation.accuracy, 1e-3);
+  EXPECT_FALSE(s.simulation.step);
+  EXPECT_EQ(s.simulation.gravity, Vec3(0, 0, -9.81));
+  ASSERT_TRUE(s.site);
+  EXPECT_EQ(s.site->terrain, (place.path() / "slope.stl").string());
+  ASSERT_EQ(s.planes.size(), 1u);
+  EXPECT_EQ(s.planes[0].normal, Vec3::UnitZ());
+  ASSERT_EQ(s.blocks.size(), 1u);
+  EXPECT_EQ(s.blocks[0].shape.size, Vec3(4, 5, 5.75));
+  EXPECT_TRUE(s.blocks[0].deformable);   // the material has young
+  EXPECT_EQ(s.blocks[0].velocity, Vec3(0, 0, -1));
+  ASSERT_TRUE(s.rock_mass);
+  EXPECT_NEAR(s.rock_mass->joint_sets[0].dip_direction, 267 * degree, 1e-15);
+  EXPECT_NEAR(s.rock_mass->joint_sets[0].dip, 87 * degree, 1e-15);
+  EXPECT_EQ(s.rock_mass->joints[0].through, Vec3(1, 2, 3));
+  ASSERT_EQ(s.structures.size(), 1u);
+  const StructureSpec& p = s.structures[0];
+  EXPECT_EQ(p.size, Vec3(2, 2, 12));
+  EXPECT_EQ(p.position, Vec3(20, 0, 0));
+  EXPECT_EQ(p.density, 2450);   // concrete, none given
+  EXPECT_EQ(p.poisson, 0.2);
+  EXPECT_EQ(p.f_cm, 48e6);
+  EXPECT_EQ(p.supports[0].face, "-z");
+  EXPECT_EQ(p.loads[0].traction, Vec3(2e6, 0, 0));
+  EXPECT_EQ(p.loads[0].history[1], std::pair(0.005, 1.0));
+  EXPECT_TRUE(s.coupling.strict);
+  EXPECT_EQ(s.output.history_interval, 1e-3);
+  EXPECT_EQ(s.files.size(), 3u);
+}
+
+TEST(ReadScene, ExactInterfaceBeforeOneStarBeforeTwo) {
+  const Place place;
+  const Scene s = read_scene_text(full, place.scene());
+  const int rock = index(s, "rock"), slope = index(s, "slope"), concrete = index(s, "C40");
+  EXPECT_EQ(s.laws(rock, slope).friction, std::tan(28 * degree));
+  EXPECT_EQ(s.laws(slope, rock).friction, std::tan(28 * degree));
+  EXPECT_EQ(s.laws(rock, rock).friction, 0.5);
+  EXPECT_EQ(s.laws(rock, concrete).friction, 0.5);
+  EXPECT_EQ(s.laws(concrete, slope).friction, 0.6);   // fragments of the pier
+  EXPECT_EQ(s.laws(concrete, slope).stiffness, ContactLaw::Stiffness::per_area);
+  EXPECT_EQ(s.laws(concrete, slope).normal_stiffness, 20e9);
+}
+
+TEST(ReadScene, StiffnessFormsAndDefaults) {
+  const Place place;
+  const Scene s = read_scene_text(full, place.scene());
+  const int rock = index(s, "rock"), slope = index(s, "slope");
+  const ContactLaw& given = s.laws(rock, slope);
+  EXPECT_EQ(given.stiffness, ContactLaw::Stiffness::per_contact);
+  EXPECT_EQ(given.normal_stiffness, 30e9);
+  EXPECT_EQ(given.shear_stiffness, 3.5e9);
+  EXPECT_FALSE(given.chosen);
+  const ContactLaw& chosen = s.laws(rock, rock);   // softer modulus over the smallest block
+  EXPECT_TRUE(chosen.chosen);
+  EXPECT_EQ(chosen.stiffness, ContactLaw::Stiffness::per_area);
+  EXPECT_EQ(chosen.normal_stiffness, 3e9 / 3.84);
+  EXPECT_EQ(chosen.shear_stiffness, chosen.normal_stiffness / 2.5);
+  EXPECT_FALSE(s.notes.empty());
+
+  const Scene hard = read_scene_text(changed(full, "normal_stiffness = \"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"", "normal_stiffness = \"hard\""), place.scene());
+  EXPECT_EQ(hard.laws(rock, slope).stiffness, ContactLaw::Stiffness::hard);
+  const Scene bare = read_scene_text(changed(full, "\"30 GN/m\"\nshear_stiffness = \"3.5 GN/m\"", "3e10"), place.scene());
+  EXPECT_EQ(bare.laws(rock, slope).stiffness, ContactLaw::Stiffness::per_contact);
+  EXPECT_EQ(bare.laws(rock, slope).shear_stiffness, 3e10 / 2.5);
+  std::string rigid = changed(full, "young = \"3 GPa\"\n", "");
+  rigid = changed(rigid, "[[structure]]", "[[unused]]");
+  rigid = rigid.substr(0, rigid.find("[[unused]]")) ;
+  const Scene r = read_scene_text(rigid, place.scene());
+  EXPECT_EQ(r.laws(rock, rock).stiffness, ContactLaw::Stiffness::hard);
+  EXPECT_TRUE(r.laws(rock, rock).chosen);
+  EXPECT_FALSE(r.blocks[0].deformable);
+}
+
+TEST(ReadScene, OrientationForms) {
+  const Place place;
+  const auto rotation = [&](const std::string& form) {
+    return read_scene_text(changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", form), place.scene()).blocks[0].rotation;
+  };
+  // Body x down dip, body z the upward normal; dip direction clockwise from north.
+  const Mat3 east = rotation("{ dip_direction = \"90 deg\", dip = \"30 deg\" }");
+  EXPECT_TRUE(east.col(0).isApprox(Vec3(std::cos(30 * degree), 0, -0.5), 1e-15));
+  EXPECT_TRUE(east.col(2).isApprox(Vec3(0.5, 0, std::cos(30 * degree)), 1e-15));
+  EXPECT_NEAR(east.determinant(), 1, 1e-15);
+  const Mat3 north = rotation("{ dip_direction = 0, dip = \"30 deg\" }");
+  EXPECT_TRUE(north.col(0).isApprox(Vec3(0, std::cos(30 * degree), -0.5), 1e-15));
+  // Hamilton: a quarter turn about z takes body x to world y. The length does not matter.
+  const Mat3 quarter = rotation("{ quaternion = [2.0, 0.0, 0.0, 2.0] }");
+  EXPECT_TRUE(quarter.col(0).isApprox(Vec3::UnitY(), 1e-15));
+  EXPECT_TRUE(rotation("{ rotation_vector = [0.0, 0.0, \"90 deg\"] }").isApprox(quarter, 1e-15));
+  EXPECT_EQ(rotation("{ rotation_vector = [0.0, 0.0, 0.0] }"), Mat3::Identity());
+  EXPECT_EQ(rotation("{ quaternion = [1, 0, 0, 0] }"), Mat3::Identity());
+}
+
+TEST(ReadScene, FrictionTakesAnAngleOrACoefficient) {
+  const Place place;
+  const auto friction = [&](const std::string& form) {
+    const Scene s = read_scene_text(changed(full, "friction = \"28 deg\"", "friction = " + form), place.scene());
+    return s.laws(index(s, "rock"), index(s, "slope")).friction;
+  };
+  EXPECT_EQ(friction("0.45"), 0.45);
+  EXPECT_EQ(friction("1"), 1);
+  EXPECT_EQ(friction("\"0.45\""), 0.45);
+  EXPECT_DOUBLE_EQ(friction("\"0.5 rad\""), std::tan(0.5));
+  EXPECT_NEAR(friction("\"45 deg\""), 1, 1e-15);
+}
+
+TEST(ReadScene, ContactLawForms) {
+  const Place place;
+  const auto law = [&](const std::string& form) {
+    const Scene s = read_scene_text(changed(full, "restitution = 0.4", "contact_law = " + form), place.scene());
+    return s.laws(index(s, "rock"), index(s, "slope"));
+  };
+  EXPECT_EQ(law("\"linear\"").kind, ContactLaw::Kind::linear);
+  EXPECT_EQ(law("{ kind = \"hertz\", radius = \"1.5 m\" }").hertz_radius, 1.5);
+  EXPECT_EQ(law("{ kind = \"crushing\", pressure = \"10 MPa\" }").crushing_pressure, 10e6);
+  const ContactLaw table = law("{ kind = \"table\", file = \"law.csv\" }");
+  ASSERT_EQ(table.table.size(), 3u);
+  EXPECT_EQ(table.table[2], std::pair(0.02, 1.5e6));
+  EXPECT_EQ(law("{ kind = \"table\", points = [[0, 0], [\"1 cm\", \"1 MN\"]] }").table[1], std::pair(0.01, 1e6));
+}
+
+TEST(ReadScene, SetReplacesByNameAndPlace) {
+  const Place place;
+  const Overrides set{{"simulation.step", "1e-4 s"}, {"block.B1.velocity", "[0,0,-5]"}, {"block.0.spin", "[1, 0, 0]"},
+                      {"interface.slope/rock.friction", "30 deg"}, {"rock_mass.joint_set.J3.spacing", "2.5"}, {"site.crs", "EPSG:31254"}};
+  const Scene s = read_scene_text(full, place.scene(), set);
+  EXPECT_EQ(s.simulation.step, 1e-4);
+  EXPECT_FALSE(s.simulation.accuracy);   // the override chose
+  EXPECT_EQ(s.blocks[0].velocity, Vec3(0, 0, -5));
+  EXPECT_EQ(s.blocks[0].spin, Vec3(1, 0, 0));
+  EXPECT_EQ(s.laws(index(s, "rock"), index(s, "slope")).friction, std::tan(30 * degree));
+  EXPECT_EQ(s.rock_mass->joint_sets[0].spacing, 2.5);
+  EXPECT_EQ(s.site->crs, "EPSG:31254");
+  try {
+    read_scene_text(full, place.scene(), {{"block.B2.velocity", "[0,0,1]"}});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean \"B1\"?"), std::string::npos) << e.what();
+  }
+  EXPECT_THROW(read_scene_text(full, place.scene(), {{"simulation.step", "1e-4 s"}, {"simulation.accuracy", "1e-3"}}), InputError);
+}
+
+TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
+  const Place place;
+  std::string text = changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", "{ quaternion = [0.3, 0.1, -0.7, 0.2] }");
+  text = changed(text, "restitution = 0.4", "restitution = 0.1\nrestitution_tangential = 0.3\nrolling_resistance = 0.07\ncontact_law = { kind = \"table\", file = \"law.csv\" }");
+  text = changed(text, "normal = [0.0, 0.0, 2.0]", "normal = [0.1, 0.2, 0.7]");
+  text = changed(text, "support = [\"-z\"]", "support = [{ face = \"-z\", held = \"xz\" }, { point = [20.0, 1.0, 12.0] }, { line = [[19.0, 0.0, 3.0], [19.0, 1.0, 3.0]], held = \"y\" }]");
+  const Scene first = read_scene_text(text, place.scene());
+  place.put("scene.resolved.json", first.resolved_json);
+  const Scene second = read_scene((place.path() / "scene.resolved.json").string());
+  EXPECT_TRUE(second.resolved_json == first.resolved_json);
+  EXPECT_EQ(second.file, first.file);
+  EXPECT_EQ(second.blocks[0].rotation, first.blocks[0].rotation);
+  EXPECT_EQ(second.planes[0].normal, first.planes[0].normal);
+  EXPECT_EQ(second.laws(0, 2).friction, first.laws(0, 2).friction);
+  EXPECT_EQ(second.laws(0, 2).table, first.laws(0, 2).table);
+  EXPECT_EQ(second.laws(0, 0).chosen, true);
+  EXPECT_EQ(second.laws(0, 0).shear_stiffness, first.laws(0, 0).shear_stiffness);
+  ASSERT_EQ(second.structures[0].supports.size(), 3u);
+  for (std::size_t i = 1; i < 3; ++i) {
+    EXPECT_EQ(second.structures[0].supports[i].region.min(), first.structures[0].supports[i].region.min());
+    EXPECT_EQ(second.structures[0].supports[i].held, first.structures[0].supports[i].held);
+  }
+  // A file that changes in between is not the same run.
+  place.put("slope.stl", "solid other\nendsolid other\n");
+  try {
+    read_scene((place.path() / "scene.resolved.json").string());
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("has changed since the scene was resolved"), std::string::npos) << e.what();
+  }
+}
+
+TEST(ReadScene, EveryKindResolves) {
+  const Place place;
+  const std::string base = full.substr(0, full.find("[[structure]]"));
+  const std::vector<std::string> kinds{
+      "kind = \"box\"\nposition = [9, 0, 1]\nsize = [1, 2, 3]\ncells = [2, 4, 6]\norientation = { rotation_vector = [0.1, 0.2, 0.3] }",
+      "kind = \"column\"\nbase = [9, 0, 0]\nsection = \"round\"\ndiameter = 2\nheight = 9\ncell_size = 0.5",
+      "kind = \"column\"\nbase = [9, 0, 0]\nsection = \"hollow\"\nsection_size = [2, 3]\nwall_thickness = 0.3\nheight = 9\ncell_size = 0.5",
+      "kind = \"viaduct\"\nposition = [9, 0, 0]\nsection = \"round\"\ndiameter = 1.5\nspans = 3\nspan_length = \"30 m\"\ndeck_width = 12\ncell_size = 0.5\nparameters = { kerb = \"20 cm\" }",
+      "kind = \"mesh\"\nfile = \"mass.obj\"\nsupport = [\"foot\"]",
+      "kind = \"mesh\"\nfile = \"mass.obj\"\nposition = [1, 2, 3]\nsupport = []\npreload = \"none\""};
+  for (const std::string& kind : kinds) {
+    const Scene first = read_scene_text(base + "[[structure]]\nmaterial = \"C40\"\n" + kind + "\n", place.scene());
+    const Scene second = read_scene_text(first.resolved_json, place.scene());
+    EXPECT_TRUE(second.resolved_json == first.resolved_json) << kind;
+    EXPECT_EQ(second.structures[0].parameters, first.structures[0].parameters) << kind;
+    EXPECT_EQ(second.structures[0].size, first.structures[0].size) << kind;
+    EXPECT_EQ(second.structures[0].rotation, first.structures[0].rotation) << kind;
+  }
+}
+
+TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
+  const Place place;
+  const std::string structure = full.substr(full.find("[[structure]]"));
+  const std::string head = "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2500\n[[material]]\nname = \"C40\"\nf_cm = \"48 MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n";
+  const Scene s = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nmass = \"5 t\"\nvelocity = \"20 m/s\"\nangle = \"30 deg\"\ndirection = \"90 deg\"\npoint = [19.0, 0.0, 6.0]\n" + structure, place.scene());
+  ASSERT_TRUE(s.impact);
+  EXPECT_TRUE(s.impact->velocity.isApprox(20 * Vec3(std::cos(30 * degree), 0, -0.5), 1e-14));
+  EXPECT_EQ(s.impact->shape.mass, 5000);
+  const Scene t = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"paths.csv\"\nrow = 2\n" + structure, place.scene());
+  EXPECT_EQ(t.impact->velocity, Vec3(12, 0, -2));
+  EXPECT_EQ(t.impact->point, Vec3(0, 1, 5));
+  EXPECT_EQ(t.impact->shape.mass, 3000);
+  const Scene again = read_scene_text(t.resolved_json, place.scene());
+  EXPECT_TRUE(again.resolved_json == t.resolved_json);
+}
+
+TEST(ReadScene, PaperMethodAlwaysDeforms) {
+  const Place place;
+  const std::string paper = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\"");
+  const Scene s = read_scene_text(paper, place.scene());
+  EXPECT_TRUE(s.blocks[0].deformable);
+  EXPECT_EQ(s.laws(0, 0).stiffness, ContactLaw::Stiffness::per_contact);
+  EXPECT_EQ(s.laws(0, 0).normal_stiffness, 3e9 * 3.84);
+}
+
+}  // namespace
+}  // namespace talus::scene
