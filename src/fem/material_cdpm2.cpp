@@ -358,18 +358,20 @@ double Cdpm2::compressive_share(const Sym& s) const {
   return sq > 0 ? sum / sq : 0;
 }
 
-double Cdpm2::rate_factor(const Sym& effective, const Sym& rate) const {
+double Cdpm2::rate_factor(const Sym& effective, const Sym& rate, const CellFrame& cell) const {
   if (!p_.rate_effect) return 1;
   const auto extremes = extreme_rates(rate);
   const double share = compressive_share(effective);
-  // In tension the strength may not rise so far that the largest cell would snap back.
-  const double room = std::sqrt(std::max(1.0, 0.9 * largest_cell() / std::max({p_.cell.edge[0][0], p_.cell.edge[1][1], p_.cell.edge[2][2], 1e-9})));
+  // In tension the strength may not rise so far that the cell would snap back across its diagonal.
+  double diagonal = 0;
+  for (const auto& e : cell.edge) diagonal += e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
+  const double room = std::sqrt(std::max(1.0, 0.9 * largest_cell() / std::max(std::sqrt(diagonal), 1e-9)));
   const double t = std::clamp(rate_factor_tension(std::max(0.0, extremes[0])), 1.0, room);
   const double c = std::clamp(rate_factor_compression(std::max(0.0, -extremes[1])), 1.0, p_.rate_cap_compression);
   return (1 - share) * t + share * c;
 }
 
-void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const Sym&, double factor, State& s) const {
+void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const {
   const Concrete& c = p_.concrete;
   const double f_t = factor * c.f_t, f_c = factor * c.f_cm, onset = f_t / c.young;
   const Haigh h = haigh(effective, f_c);
@@ -390,7 +392,7 @@ void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const S
     const double raw[6] = {effective[0], effective[1], effective[2], effective[3], effective[4], effective[5]};
     const auto p = principal_values(raw);
     const double limit = 0.98 * largest_cell() / (factor * factor);
-    s.size = std::min(p_.cell.extent(principal_direction(effective, p.first > 0 ? p.first : p.third)), limit);
+    s.size = std::min(cell.extent(principal_direction(effective, p.first > 0 ? p.first : p.third)), limit);
     s.factor = factor;
   }
   if (equivalent > s.t) {
@@ -411,12 +413,12 @@ void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const S
   if (s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
 }
 
-Response Cdpm2::operator()(const Sym& strain, const Sym& rate, const State& before, State& next) const {
+Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& before, State& next) const {
   const State old = before;  // next may be the same object
   Sym elastic;
   for (int i = 0; i < 6; ++i) elastic[i] = strain[i] - old.plastic[i];
   Sym effective = hooke(lambda_, mu_, elastic);
-  const double factor = old.factor > 0 ? old.factor : rate_factor(effective, rate);
+  const double factor = old.factor > 0 ? old.factor : rate_factor(effective, rate, cell);
   const double f_c = factor * p_.concrete.f_cm;
 
   State s;
@@ -431,7 +433,7 @@ Response Cdpm2::operator()(const Sym& strain, const Sym& rate, const State& befo
       }
       if (k == parts) at = strain;
       good = plastic_step(at, f_c, parts >= 1024, s, effective);
-      if (good) damage_step(effective, plastic_before, rate, factor, s);
+      if (good) damage_step(effective, plastic_before, cell, factor, s);
     }
     if (good) break;
   }
@@ -454,6 +456,24 @@ Response Cdpm2::operator()(const Sym& strain, const Sym& rate, const State& befo
   out.dissipation = std::max(0.0, flow_work) + std::max(0.0, stored_plus) * (s.w_t - old.w_t) + std::max(0.0, stored_minus) * (s.w_c - old.w_c);
   next = s;
   return out;
+}
+
+bool Cdpm2::stress8(const double* strain, const double* rate, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const {
+  bool grew = false;
+  for (int i = 0; i < 8; ++i) {
+    Sym e, v{};
+    for (int k = 0; k < 6; ++k) {
+      e[k] = strain[8 * k + i];
+      if (rate) v[k] = rate[8 * k + i];
+    }
+    const double kappa = old[i].kappa, w_t = old[i].w_t, w_c = old[i].w_c;
+    const Response r = respond(e, v, cell, old[i], next[i]);
+    grew = grew || next[i].kappa > kappa || next[i].w_t > w_t || next[i].w_c > w_c;
+    for (int k = 0; k < 6; ++k) stress[8 * k + i] = r.stress[k];
+    if (energy) energy[i] = r.energy;
+    if (dissipation) dissipation[i] = r.dissipation;
+  }
+  return grew;
 }
 
 }  // namespace talus::material

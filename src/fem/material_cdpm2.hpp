@@ -60,7 +60,12 @@ class Cdpm2 {
 
   explicit Cdpm2(const Parameters& p);
   const Parameters& parameters() const { return p_; }
-  Response operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const;
+  Response operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const { return respond(strain, rate, p_.cell, old, next); }
+  /// The same in a given cell.
+  Response respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& old, State& next) const;
+  /// Eight points of one element, one after the other; layouts as in ConcreteDamage::stress8, old and next: 8 states each.
+  /// Returns true if a point yielded or its damage grew.
+  bool stress8(const double* strain, const double* rate, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const;
 
   /// Yield function of an effective stress at given q_h1, q_h2 (dimensionless, negative inside).
   double yield(const Sym& effective, double q1, double q2) const;
@@ -86,30 +91,13 @@ class Cdpm2 {
   bool nested(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const;
   bool apex(const Haigh& trial, double f_c, double kappa_n, double& v, double& kappa) const;
   bool plastic_step(const Sym& strain, double f_c, bool last_resort, State& s, Sym& effective) const;
-  void damage_step(const Sym& effective, const Sym& plastic_before, const Sym& rate, double factor, State& s) const;
+  void damage_step(const Sym& effective, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const;
   double compressive_share(const Sym& effective) const;
-  double rate_factor(const Sym& effective, const Sym& rate) const;
+  double rate_factor(const Sym& effective, const Sym& rate, const CellFrame& cell) const;
 
   Parameters p_;
   double e_ = 0, m0_ = 0, lambda_ = 0, mu_ = 0, bulk_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<Cdpm2>);
-
-/// Eight points of one element with any law, one after the other; layouts as in ConcreteDamage::stress8, states as plain arrays.
-template <Law L>
-void stress8_by_points(const L& law, const double* strain, const double* rate, const typename L::State* old, typename L::State* next, double* stress, double* energy,
-                       double* dissipation) {
-  for (int i = 0; i < 8; ++i) {
-    Sym e, v{};
-    for (int k = 0; k < 6; ++k) {
-      e[k] = strain[8 * k + i];
-      if (rate) v[k] = rate[8 * k + i];
-    }
-    const Response r = law(e, v, old[i], next[i]);
-    for (int k = 0; k < 6; ++k) stress[8 * k + i] = r.stress[k];
-    if (energy) energy[i] = r.energy;
-    if (dissipation) dissipation[i] = r.dissipation;
-  }
-}
 
 }  // namespace talus::material

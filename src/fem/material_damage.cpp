@@ -64,6 +64,14 @@ std::array<double, 2> extreme_rates(const Sym& rate) {
   return {v.first, v.third};
 }
 
+double crack_width(double l, const Sym& strain, const Sym& stress, double young, double poisson) {
+  const double tr = stress[0] + stress[1] + stress[2];
+  double inelastic[6];
+  for (int i = 0; i < 3; ++i) inelastic[i] = strain[i] - ((1 + poisson) * stress[i] - poisson * tr) / young;
+  for (int i = 3; i < 6; ++i) inelastic[i] = 0.5 * strain[i] - (1 + poisson) * stress[i] / young;
+  return l * std::max(0.0, principal_values(inelastic).first);
+}
+
 ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   std::vector<Problem> problems;

@@ -97,6 +97,10 @@ static_assert(Law<ConcreteDamage>);
 /// Stress of a monotonic uniaxial compression test at strain magnitude eps in a cell of extent l [Pa, positive].
 double compression_curve(const ConcreteDamage::Parameters& p, double eps, double l);
 
+/// Crack width by the crack band, for any law: l times the largest principal value of the strain that is not elastic,
+/// eps - C^-1 sigma [m].
+double crack_width(double l, const Sym& strain, const Sym& stress, double young, double poisson);
+
 /// Largest and least principal value of a strain rate (engineering shears).
 std::array<double, 2> extreme_rates(const Sym& rate);
 
