@@ -16,6 +16,5 @@ namespace {
 int command_cut(const Options&) { unavailable("cut"); }
 int command_capacity(const Options&) { unavailable("capacity"); }
 int command_verify(const Options&) { unavailable("verify"); }
-int command_formulas(const Options&) { unavailable("formulas"); }
 
 }  // namespace talus::app

@@ -28,7 +28,7 @@ std::vector<Key> rock_mass_keys() {
       {.path = "rock_mass.joint_set.spacing_distribution", .type = Type::choice, .fallback = "\"constant\"", .doc = "Distribution of the spacing.", .choices = {"constant", "exponential", "normal", "lognormal"}},
       {.path = "rock_mass.joint_set.spacing_deviation", .type = Type::quantity, .dimension = length, .fallback = "0 m", .doc = "Standard deviation of the spacing.", .required = "if spacing_distribution is \"normal\" or \"lognormal\"", .min = 0},
       {.path = "rock_mass.joint_set.seed", .type = Type::integer, .fallback = "1", .doc = "The same seed gives the same joints.", .min = 0, .max = 4294967295.0},
-      {.path = "rock_mass.joint_set.bond_tension", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Tensile strength of the rock bridges.", .min = 0},
+      {.path = "rock_mass.joint_set.bond_tension", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Tensile strength of the rock bridges; 0 with bond_shear 0: they do not break.", .min = 0},
       {.path = "rock_mass.joint_set.bond_shear", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Shear strength of the rock bridges.", .min = 0},
       {.path = "rock_mass.joint_set.friction", .type = Type::friction, .doc = "Friction of the set's faces. Omitted: the interface's.", .min = 0},
       {.path = "rock_mass.joint_set.cohesion", .type = Type::quantity, .dimension = pressure, .doc = "Cohesion of the set's faces. Omitted: the interface's.", .min = 0},
@@ -41,6 +41,8 @@ std::vector<Key> rock_mass_keys() {
       {.path = "rock_mass.joint.through", .type = Type::vector, .dimension = length, .doc = "A point of the joint; the centre of the disc.", .required = "always in rock_mass.joint"},
       {.path = "rock_mass.joint.radius", .type = Type::quantity, .dimension = length, .doc = "Radius of a disc. Omitted: unbounded.", .min = 0, .above = true},
       {.path = "rock_mass.joint.polygon", .type = Type::vectors, .dimension = length, .doc = "Corners of a bounded joint, in its plane."},
+      {.path = "rock_mass.joint.bond_tension", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Bounded joints: tensile strength of the rock beyond the border; 0 with bond_shear 0: it does not break.", .min = 0},
+      {.path = "rock_mass.joint.bond_shear", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Bounded joints: shear strength of the rock beyond the border.", .min = 0},
   };
 }
 

@@ -306,6 +306,10 @@ void read_rock_mass(Reading& in, const View& root) {
     joint.through = at.vector("through");
     joint.radius = at.number("radius");
     joint.polygon = at.vectors("polygon");
+    joint.bond_tension = at.number("bond_tension");
+    joint.bond_shear = at.number("bond_shear");
+    if ((joint.bond_tension > 0 || joint.bond_shear > 0) && !at.has("radius") && !at.has("polygon"))
+      at.problem(at.has("bond_tension") ? "bond_tension" : "bond_shear", "an unbounded joint has no rock bridge", "give radius or polygon, or remove the bond");
     if (at.has("radius") && at.has("polygon")) at.problem("polygon", "the joint is bounded twice", "give radius, or polygon");
     if (at.get("polygon") && joint.polygon.size() < 3) at.problem("polygon", "a polygon has at least 3 corners", "add the missing ones");
     const Vec3 normal = plane_normal(joint.dip_direction, joint.dip);

@@ -115,6 +115,8 @@ Json rock_mass(const RockMass& mass, const std::string& material) {
     joint["through"] = vec(j.through);
     if (j.radius > 0) joint["radius"] = j.radius;
     if (!j.polygon.empty()) joint["polygon"] = list(j.polygon);
+    joint["bond_tension"] = j.bond_tension;
+    joint["bond_shear"] = j.bond_shear;
     out["joint"].push_back(joint);
   }
   return out;

@@ -94,6 +94,7 @@ struct Joint {
   Vec3 through = Vec3::Zero();
   double radius = 0;                   // 0: unbounded
   std::vector<Vec3> polygon;           // bounded by a polygon instead
+  double bond_tension = 0, bond_shear = 0;   // strength of the rock bridge beyond its border [Pa]; 0: it does not break
 };
 struct RockMass {
   std::string region;                  // absolute path; empty: box
