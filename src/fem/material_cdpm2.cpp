@@ -66,6 +66,8 @@ Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   if (!problems.empty()) throw InputError(problems);
 
   m0_ = 3 * (c.f_cm * c.f_cm - c.f_t * c.f_t) / (c.f_cm * c.f_t) * e_ / (e_ + 1);
+  const double ratio = c.f_t / c.f_cm, d_f = p.dilation;
+  b_g_ = (1 + ratio) / 3 / std::log((3 * ratio + 0.5 * m0_) * (d_f + 1) / ((2 * d_f - 1) * (3 + 0.5 * m0_)));
   lambda_ = c.young * c.poisson / ((1 + c.poisson) * (1 - 2 * c.poisson));
   mu_ = c.young / (2 * (1 + c.poisson));
   bulk_ = c.young / (3 * (1 - 2 * c.poisson));
@@ -139,7 +141,7 @@ double Cdpm2::ductility(double v) const {
 Cdpm2::Gradient Cdpm2::flow(double v, double r, double q1, double q2) const {
   const double ratio = p_.concrete.f_t / p_.concrete.f_cm, d = p_.dilation;
   const double a_g = 3 * ratio * q2 + 0.5 * m0_;
-  const double b_g = q2 / 3 * (1 + ratio) / (std::log(a_g) - std::log(2 * d - 1) - std::log(3 * q2 + 0.5 * m0_) + std::log(d + 1));
+  const double b_g = q2 == 1 ? b_g_ : q2 / 3 * (1 + ratio) / std::log(a_g * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
   const double b = r / root6 + v, a = (1 - q1) * b * b + root15 * r;
   // The exponent is limited: far outside the surface Newton only needs the direction.
   const double m_g = a_g * std::exp(std::min(40.0, (v - q2 * ratio / 3) / b_g));
@@ -169,11 +171,8 @@ bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, d
     Eigen::Matrix4d j;
     for (int c = 0; c < 4; ++c) {
       V moved = x;
-      const double step = 1e-7 * std::max(1e-2, std::abs(x[c]));
-      moved[c] += step;
-      V back = x;
-      back[c] -= step;
-      j.col(c) = (residual(moved) - residual(back)) / (2 * step);
+      moved[c] += 1e-8 * std::max(1e-2, std::abs(x[c]));
+      j.col(c) = (residual(moved) - f) / (moved[c] - x[c]);
     }
     const V step = j.partialPivLu().solve(-f);
     if (!step.allFinite()) return false;

@@ -96,7 +96,7 @@ class Cdpm2 {
   double rate_factor(const Sym& effective, const Sym& rate, const CellFrame& cell) const;
 
   Parameters p_;
-  double e_ = 0, m0_ = 0, lambda_ = 0, mu_ = 0, bulk_ = 0, elastic_bound_ = 0;
+  double e_ = 0, m0_ = 0, lambda_ = 0, mu_ = 0, bulk_ = 0, b_g_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<Cdpm2>);
 
