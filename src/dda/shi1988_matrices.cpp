@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "dda/state.hpp"
 
@@ -24,15 +25,35 @@ Mat3x12 transformation(const Vec3& x) {
   return t;
 }
 
+namespace {
+/// One non-zero product of T_k^T T_l: M(row, col) += value S(k, l).
+struct Product {
+  int row, col, k, l;
+  double value;
+};
+std::vector<Product> products() {
+  std::array<Mat3x12, 3> t;  // T_k: T at the k-th unit vector, without the translations
+  for (int k = 0; k < 3; ++k) {
+    t[static_cast<std::size_t>(k)] = transformation(Vec3::Unit(k));
+    t[static_cast<std::size_t>(k)].leftCols<3>().setZero();
+  }
+  std::vector<Product> out;
+  for (int k = 0; k < 3; ++k)
+    for (int l = 0; l < 3; ++l) {
+      const Mat12 p = t[static_cast<std::size_t>(k)].transpose() * t[static_cast<std::size_t>(l)];
+      for (int c = 0; c < 12; ++c)
+        for (int r = 0; r < 12; ++r)
+          if (p(r, c) != 0) out.push_back({r, c, k, l, p(r, c)});
+    }
+  return out;
+}
+}  // namespace
+
 Mat12 mass_matrix(double mass, const Mat3& S) {
+  static const std::vector<Product> list = products();
   Mat12 m = Mat12::Zero();
   m.topLeftCorner<3, 3>().diagonal().setConstant(mass);
-  std::array<Eigen::Matrix<double, 3, 9>, 3> t;
-  for (int k = 0; k < 3; ++k) t[static_cast<std::size_t>(k)] = transformation(Vec3::Unit(k)).rightCols<9>();
-  for (int k = 0; k < 3; ++k)
-    for (int l = 0; l < 3; ++l)
-      m.bottomRightCorner<9, 9>().noalias() +=
-          S(k, l) * t[static_cast<std::size_t>(k)].transpose() * t[static_cast<std::size_t>(l)];
+  for (const Product& p : list) m(p.row, p.col) += p.value * S(p.k, p.l);
   return m;
 }
 

@@ -231,6 +231,26 @@ TEST(Contact1988, StackCarriesItsWeight) {  // A15
   std::printf("stack: iterations %d, unsettled %d, kinetic %.2e J\n", r.iterations, unsettled, r.kinetic);
 }
 
+TEST(Contact1988, RockingBlockStandsUpInTime) {  // A11, up to the first impact
+  const double theta = std::atan(0.25) / 2, kn = 30e9, dt = 1e-3;
+  Scene s(5, kn, kn / 2.5);
+  s.planes.push_back({});
+  const Quat q(Eigen::AngleAxisd(theta, Vec3::UnitY()));
+  const Vec3 toe = q * Vec3(0.5, 0, -2);
+  s.add_box(Vec3(1, 1, 4), Vec3(-toe.x(), 0, -toe.z() - 2500 * 4 * 9.81 / (2 * kn)), q);
+  const Shi1988 method;
+  double before = theta, upright = 0;
+  for (int k = 0; k < 1000 && upright == 0; ++k) {
+    s.step(method, dt);
+    const Vec3 axis = s.state.q[0] * Vec3::UnitZ();
+    const double angle = std::atan2(axis.x(), axis.z());
+    if (angle <= 0) upright = dt * (k + before / (before - angle));
+    before = angle;
+  }
+  std::printf("rocking block upright at %.5f s of 0.69834\n", upright);
+  EXPECT_NEAR(upright, 0.69834320390792, 1e-3 * 0.698);
+}
+
 TEST(Contact1988, CohesionHoldsUntilBroken) {  // A8
   // Level plane, horizontal body force: holds below c A + N tan(phi), slips above, and then stays weak.
   const double g = 10, m = 2500, mu = 0.5, c = 2e4;
@@ -275,6 +295,18 @@ TEST(Contact1988, FixedPointsHold) {
   EXPECT_LT(s.state.c[0].norm(), 1e-3);
   EXPECT_LT(s.state.c[0].z(), -0.5 * 2500 * 9.81 / 3e8);  // hangs on its springs
   EXPECT_LT(s.state.v[0].norm(), 1e-4);
+}
+
+TEST(Contact1988, PlanNamesWhatTheMethodCannotDo) {
+  Scene s(0.5, 1e8, 4e7);
+  s.add_box(Vec3(1, 1, 1), Vec3::Zero());
+  const Shi1988 method;
+  const std::size_t plain = method.plan(s.model, s.laws).size();
+  s.model.blocks[0].young = 0;
+  s.law().stiffness = ContactLaw::Stiffness::hard;
+  s.law().restitution = 0.3;
+  s.law().damping_ratio = 0.1;
+  EXPECT_EQ(method.plan(s.model, s.laws).size(), plain + 4);
 }
 
 TEST(Contact1988, SavedAndRestoredHistoryGivesTheSameBits) {
