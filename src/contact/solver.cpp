@@ -125,6 +125,20 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
         done = done || attempt(1e-4, 20) || attempt(1e-3, 20);
       }
     }
+    for (int round = 0; round < 4 && !done; ++round) {
+      // Many sweeps find regions that a path misses; costly, so only now and then of use.
+      report.tier = 'C';
+      work.p = work.best_p;
+      if (round % 2 == 0)
+        for (int i = 0; i < nc; ++i) work.p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
+      const int count = nc <= 300 ? 100 << round : 50;
+      system.velocities(work.p, work.v);
+      sweep(system, work.p, work.v, count);
+      report.sweeps += count;
+      system.velocities(work.p, work.v);
+      work.consider(work.p, work.v, system.residual(work.v, work.p));
+      done = work.best <= tolerance || attempt(1e-4, 20) || attempt(1e-2, 30);
+    }
     if (!done) {
       // De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton is tried again
       // from every convex solution, since it converges fast once the slip directions are right.

@@ -134,7 +134,10 @@ inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& 
   Vec3 u = u_total, q;
   u.x() += extra_shift + (law.exact ? law.mu * std::hypot(u.y(), u.z()) : 0.0);
   project(cone, p - u / w, 1, 1, q, nullptr);
-  const double r = w * (p - q).norm();
+  double r = w * (p - q).norm();
+  // Beyond this p swallows u / w in the difference and nothing can be said.
+  const double swallowed = 2.220446049250313e-16 * w * p.norm();
+  if (swallowed > 1e-7) r = std::max(r, swallowed);
   return r <= round_off ? 0.0 : r - round_off;
 }
 

@@ -9,6 +9,7 @@
 /// H_aa       diagonal block, column major             n_a x n_a
 /// H_ab, H_ba blocks of a pair a < b, column major     n_a x n_b, n_b x n_a
 #pragma once
+#include <Eigen/Core>
 #include <utility>
 #include <vector>
 
@@ -48,7 +49,8 @@ class BlockLU {
   std::vector<int> sizes_, offsets_;
   std::vector<std::pair<int, int>> pairs_;
   std::vector<std::size_t> diagonal_, upper_, lower_;
-  std::vector<double> values_, factor_, stack_, front_;
+  // Aligned, so that the order in which packets sum never depends on where the buffer happens to lie.
+  std::vector<double, Eigen::aligned_allocator<double>> values_, factor_, stack_, front_;
   mutable std::vector<double> local_;
   std::vector<Front> fronts_;
   std::vector<int> front_body_, front_offset_, pivot_rows_, place_;

@@ -58,11 +58,12 @@ struct System {
   double apply_mass(const double* x, double* y) const;
   /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
-  /// Round-off of the contact velocity, 16 machine epsilons of the reach of the bodies it touches [m/s].
+  /// Round-off of the contact velocity, 16 machine epsilons of the reach of the bodies it touches, at most 1e-7 m/s (impulses
+  /// that grow without bound in an infeasible problem are no excuse) [m/s].
   double round_off(const Touch& t, const std::vector<double>& reach) const {
     double largest = 0;
     for (int k = t.first; k < t.first + t.count; ++k) largest = std::max(largest, reach[terms[k].body]);
-    return 16 * 2.220446049250313e-16 * largest;
+    return std::min(1e-7, 16 * 2.220446049250313e-16 * largest);
   }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
