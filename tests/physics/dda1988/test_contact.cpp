@@ -108,6 +108,31 @@ TEST(Contact1988, SoftSpringsMissTheInclineByTheirStart) {
   EXPECT_LT(error, 2e-2);
 }
 
+TEST(Contact1988, MovingSurfaceCarriesTheBlock) {
+  // A skin that rises at constant speed takes the block along; its work closes the ledger.
+  TriangleSurface mesh;
+  mesh.vertices = {{-3, -3, 0}, {3, -3, 0}, {3, 3, 0}, {-3, 3, 0}};
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  mesh.velocities.assign(4, Vec3(0.1, 0, 0.2));
+  contact::SurfaceIndex index(mesh);
+  Scene s(0.8, 1e8, 4e7);
+  s.add_box(Vec3(1, 1, 1), Vec3(0, 0, 0.5));
+  s.surfaces.push_back(&index);
+  const Shi1988 method;
+  const double dt = 1e-3, weight = 2500 * 9.81;
+  double total = weight * 0.5, partner = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const Shi1988Report r = s.step(method, dt);
+    for (Vec3& v : mesh.vertices) v += dt * Vec3(0.1, 0, 0.2);
+    index.refit(mesh);
+    total -= Scene::dissipated(r);
+    partner += r.partner_work;
+    EXPECT_NEAR(total, Scene::total(r), 1e-9 * weight);
+  }
+  EXPECT_LT((s.state.v[0] - Vec3(0.1, 0, 0.2)).norm(), 5e-3);
+  EXPECT_NEAR(partner, weight * 0.2, 0.05 * weight * 0.2);
+}
+
 TEST(Contact1988, SticksBelowAndSlidesAboveTheFrictionAngle) {  // A2
   const double angle = std::atan(0.5);
   const double stuck = slide(incline(angle, 0.55, 30e9, 3.5e9), 2.5, 1e-3).way;
