@@ -18,6 +18,7 @@ struct Scratch {
   std::vector<ClipVertex> polygon, clipped;
   std::vector<int> chosen;
   std::vector<double> angle;
+  Hull hull;
 };
 thread_local Scratch scratch;
 
@@ -426,6 +427,16 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   Scratch& w = scratch;
   gather(surface, pose_b.c, box, w.a);
   if (w.a.triangles.empty()) return 0;
+  // An edge or vertex of a triangle whose plane the whole block clears by the margin is out of reach. (The triangles stay:
+  // a vertex behind another one asks for the nearest of all.)
+  w.hull.set(b, Vec3::Zero(), pose_b.F);
+  const auto clears = [&](const Vec3& n, const Vec3& x) { return w.hull.min_height(n) - n.dot(x) > margin + touch; };
+  std::erase_if(w.a.edges, [&](const Patch::Edge& e) { return clears(e.left, e.a) || clears(e.right, e.a); });
+  std::erase_if(w.a.vertices, [&](const Patch::Vertex& v) {
+    for (int i = v.first_face; i < v.first_face + v.faces; ++i)
+      if (clears(w.a.face_normals[i], v.x)) return true;
+    return false;
+  });
   Box3 near;
   for (const auto& t : w.a.triangles) near.extend(t.a), near.extend(t.b), near.extend(t.c);
   near.min().array() -= margin + touch;
