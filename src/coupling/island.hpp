@@ -96,7 +96,7 @@ class IslandStepper {
   std::vector<int> local_;                // block -> body, -1
   std::vector<Touch> touches_;
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
-  struct NodeBody { int structure, node; Vec3 v_hat; double mass; };
+  struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
   struct NodeShare { int structure, node; Vec3 impulse, position; };
   std::vector<NodeShare> node_impulses_;

@@ -106,9 +106,10 @@ void IslandStepper::book(double h) {
         const Body& b = bodies_[static_cast<std::size_t>(term.body)];
         blocks += j * mean_velocity(b.v0, b.free.velocity, b.v_solved).head(n);
       } else {
+        // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
         const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
-        const Eigen::Map<const Vec3> hat(problem_.v_hat.data() + offset), end(problem_.v.data() + offset);
-        structure += j * (0.5 * (hat + end));
+        const Eigen::Map<const Vec3> end(problem_.v.data() + offset);
+        structure += j * (0.5 * (nodes_[static_cast<std::size_t>(term.body) - bodies_.size()].v_before + end));
       }
     }
     const Vec3 mean = blocks + structure;

@@ -110,7 +110,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
         if (nodes_[k].structure == t.a.index && nodes_[k].node == node) body = static_cast<int>(k);
       if (body < 0) {
         body = static_cast<int>(nodes_.size());
-        nodes_.push_back({t.a.index, node, v_hat, mass});
+        nodes_.push_back({t.a.index, node, v_hat, part.structure->node_velocity(node), mass});
       }
       const int offset = static_cast<int>(problem_.jacobians.size());
       const Mat3 j = -weight * t.frame.transpose();
