@@ -53,13 +53,16 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   return k;
 }
 
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk) {
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
   for (int cell = 0; cell < cells; ++cell)
     for (int a : mesh.hexes[cell])
       for (int b : mesh.hexes[cell]) touched[a].push_back(b);
+  for (const Spring& spring : springs)
+    for (int a : spring.node)
+      for (int b : spring.node) touched[a].push_back(b);
   for (auto& list : touched) {
     std::sort(list.begin(), list.end());
     list.erase(std::unique(list.begin(), list.end()), list.end());
@@ -102,6 +105,16 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
       }
     }
   }
+  for (const Spring& spring : springs)
+    for (std::size_t b = 0; b < spring.node.size(); ++b)
+      for (std::size_t a = 0; a < spring.node.size(); ++a)
+        for (int j = 0; j < 3; ++j)
+          for (int i = 0; i < 3; ++i) {
+            const int column = dofs.number[spring.node[b]][j], row = dofs.number[spring.node[a]][i];
+            if (column < 0 || row < column) continue;
+            const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1];
+            m.value[std::lower_bound(first, last, row) - m.row.begin()] += spring.weight[a] * spring.weight[b] * spring.stiffness(i, j);
+          }
   return m;
 }
 

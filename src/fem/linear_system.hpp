@@ -29,10 +29,17 @@ struct SymmetricMatrix {
   void multiply(const double* x, double* y) const;
 };
 
+/// A spring between weighted nodes: energy 1/2 d.K d, d = sum weight u(node).
+struct Spring {
+  std::vector<int> node;
+  std::vector<double> weight;
+  Mat3 stiffness = Mat3::Zero();  // [N/m]
+};
+
 using ElementMatrix = Eigen::Matrix<double, 24, 24>;
 
 ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk);
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {});
 
 /// Cholesky factor (CHOLMOD, supernodal, METIS).
 class CholeskyFactor {

@@ -12,6 +12,7 @@
 
 #include "core/error.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/viaduct.hpp"
 
 namespace talus::fem {
 namespace {
@@ -125,8 +126,49 @@ void place(HexMesh& mesh, const StructureSpec& spec) {
 
 }  // namespace
 
+HexMesh bricks(const std::vector<Box3>& boxes, double cell_size) {
+  // Grid lines: every plane of a box, and between them as many as the cell size asks for.
+  std::vector<std::vector<double>> steps(3);
+  std::array<std::vector<double>, 3> line;
+  for (int i = 0; i < 3; ++i) {
+    std::vector<double> planes;
+    for (const Box3& b : boxes) planes.push_back(b.min()[i]), planes.push_back(b.max()[i]);
+    std::sort(planes.begin(), planes.end());
+    planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < 1e-9; }), planes.end());
+    line[i].push_back(planes[0]);
+    for (std::size_t k = 0; k + 1 < planes.size(); ++k) {
+      const double span = planes[k + 1] - planes[k];
+      const int n = std::max(1, static_cast<int>(std::ceil(span / cell_size - 1e-9)));
+      for (int m = 1; m <= n; ++m) {
+        line[i].push_back(planes[k] + span * m / n);
+        steps[i].push_back(span / n);
+      }
+    }
+  }
+  dealii::Table<3, dealii::types::material_id> kind(steps[0].size(), steps[1].size(), steps[2].size());
+  for (std::size_t i = 0; i < steps[0].size(); ++i)
+    for (std::size_t j = 0; j < steps[1].size(); ++j)
+      for (std::size_t k = 0; k < steps[2].size(); ++k) {
+        const Vec3 centre(line[0][i] + steps[0][i] / 2, line[1][j] + steps[1][j] / 2, line[2][k] + steps[2][k] / 2);
+        bool solid = false;
+        for (const Box3& b : boxes) solid = solid || b.contains(centre);
+        kind(i, j, k) = solid ? dealii::types::material_id(0) : dealii::numbers::invalid_material_id;
+      }
+  dealii::Triangulation<3> grid;
+  dealii::GridGenerator::subdivided_hyper_rectangle(grid, steps, dealii::Point<3>(line[0][0], line[1][0], line[2][0]), kind);
+  HexMesh mesh = from_triangulation(grid);
+  // The generator adds up its steps: put the nodes back onto the lines, so that planes of parts agree.
+  for (Vec3& x : mesh.nodes)
+    for (int i = 0; i < 3; ++i) {
+      const auto at = std::lower_bound(line[i].begin(), line[i].end(), x[i] - 1e-7);
+      x[i] = *at;
+    }
+  return mesh;
+}
+
 HexMesh make_mesh(const StructureSpec& spec) {
   if (spec.kind == "mesh") return read_mesh(spec);
+  if (spec.kind == "viaduct") return viaduct_mesh(spec);
   for (int i = 0; i < 3; ++i)
     if (!(spec.size[i] > 0)) bad(spec, "size", fmt::format("[{:g}, {:g}, {:g}]", spec.size.x(), spec.size.y(), spec.size.z()), "every extent must be positive", "give three lengths");
   HexMesh mesh;
@@ -139,7 +181,7 @@ HexMesh make_mesh(const StructureSpec& spec) {
     else if (spec.section == "hollow") mesh = hollow_column(spec);
     else bad(spec, "section", spec.section, "one of rectangular, round, hollow", "choose one");
   } else {
-    bad(spec, "kind", spec.kind, "one of box, column, mesh", "choose one");
+    bad(spec, "kind", spec.kind, "one of box, column, viaduct, mesh", "choose one");
   }
   place(mesh, spec);
   return mesh;

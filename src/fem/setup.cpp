@@ -38,7 +38,9 @@ Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
   for (const StructureSpec::Support& support : spec.supports) {
     std::vector<int> chosen;
     std::string what;
-    if (!support.face.empty()) {
+    if (spec.kind == "viaduct" && support.face == "-z") {
+      chosen = mesh.node_groups.at("base");  // the feet of the piers follow the ground
+    } else if (!support.face.empty()) {
       what = support.face;
       const std::size_t axis = support.face.size() == 2 ? std::string("xyz").find(support.face[1]) : std::string::npos;
       if (axis == std::string::npos || (support.face[0] != '-' && support.face[0] != '+'))
@@ -160,11 +162,16 @@ std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& me
       if (outside < best - 1e-9) {
         best = outside;
         point.node = mesh.hexes[cell];
-        point.weight = shape_values(xi);
+        point.weight = shape_values(xi.cwiseMax(-1.0).cwiseMin(1.0));
       }
     }
-    if (best > 1 + 1e-5)
-      bad(spec, "probe." + given.name, text(given.at), "the point lies outside of the structure", "move it into the structure or onto its surface");
+    if (best > 2) {  // beyond the neighbourhood of every cell: the nearest node
+      std::size_t nearest = 0;
+      for (std::size_t n = 1; n < mesh.nodes.size(); ++n)
+        if ((mesh.nodes[n] - given.at).squaredNorm() < (mesh.nodes[nearest] - given.at).squaredNorm()) nearest = n;
+      point.node.fill(static_cast<int>(nearest));
+      point.weight = {1, 0, 0, 0, 0, 0, 0, 0};
+    }
     probes.push_back(point);
   }
   return probes;

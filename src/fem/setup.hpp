@@ -26,7 +26,7 @@ struct ProbePoint {
   std::array<double, 8> weight;
 };
 
-/// Throw InputError if a support, load or probe meets nothing.
+/// Throw InputError if a support or load meets nothing. A probe outside follows the nearest material point.
 Supports find_supports(const StructureSpec& spec, const HexMesh& mesh);
 std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin);
 std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh);

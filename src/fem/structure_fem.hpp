@@ -21,12 +21,22 @@
 
 #include "contact/structure.hpp"
 #include "fem/aligned.hpp"
+#include "fem/bars.hpp"
+#include "fem/bearings.hpp"
+#include "fem/damage_field.hpp"
 #include "fem/element_operator.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/linear_system.hpp"
 #include "fem/setup.hpp"
 
 namespace talus::fem {
+
+/// Modes, factors and modal motion; made when the structure first rings on alone.
+struct LinearDynamics;
+struct LinearDynamicsDeleter { void operator()(LinearDynamics* p) const; };
+
+/// Degrees of freedom up to which the stiffness is factored; above, multigrid is cheaper in time and memory.
+constexpr int largest_factored_system = 150000;
 
 using Report = std::function<void(const std::string&)>;
 
@@ -79,6 +89,25 @@ class FemStructure : public Structure {
   void external_force(double t, AlignedVector& f) const;
   void explicit_steps(double t, double duration);
   void moved();                      // the state changed: caches are stale
+  double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
+  // structure_linear.cpp
+  LinearDynamics& linear_dynamics();
+  void synchronise(double t);
+  bool enter_modal(double t, bool forced);
+  void leave_modal();
+  void materialise();
+  void modal_motion(double t, double duration);
+  void implicit_steps(double t, double duration);
+  void save_linear(std::vector<double>& state) const;
+  std::size_t restore_linear(std::span<const double> state);
+  // structure_break.cpp
+  std::array<double, 8> node_shares(int cell) const;
+  double cell_energy(int cell) const;
+  void switch_off(int cell);
+  void drop_orphans(const std::vector<int>& cells);
+  void remove_node(int n);
+  void erode();
+  Fragment detach(const std::vector<int>& cells);
   // structure_output.cpp
   void rebuild_skin();
 
@@ -96,11 +125,23 @@ class FemStructure : public Structure {
   SymmetricMatrix stiffness_;        // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
   std::vector<double> cell_mass_;
+  std::vector<int> cells_at_node_;
+  std::vector<std::array<int, 6>> neighbours_;  // empty until cracks may cut
+  double wave_speed_ = 0;
+  std::optional<material::Concrete> concrete_;
+  std::vector<int> candidates_;
+  std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
+  double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
 
   // state
   std::vector<char> live_;           // cells
   std::vector<double> mass_;
   AlignedVector u_, v_;
+  std::unique_ptr<DamageField> damage_;   // null: no damage law, no history at all
+  std::unique_ptr<Bars> bars_;            // null: no reinforcement
+  std::unique_ptr<Bearings> bearings_;    // null: no viaduct
+  long breaks_ = 0, cuts_seen_ = 0;       // what the search for fragments last saw
+  double dust_mass_ = 0, eroded_volume_ = 0;
   double h_last_ = 0;                // 0: v_ is at the same time as u_
   double time_ = 0;
   AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
@@ -114,7 +155,7 @@ class FemStructure : public Structure {
   // derived
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
   AlignedVector inverse_mass_;       // nodes x 4, 0 where held
-  AlignedVector f_int_, f_ext_, v_hat_;
+  AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
   bool forces_valid_ = false;
   double forces_time_ = 0, stored_now_ = 0;
   std::vector<SkinQuad> skin_;

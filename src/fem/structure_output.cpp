@@ -66,6 +66,10 @@ std::array<bool, 3> FemStructure::node_held(int node) const { return supports_.h
 StructureEnergy FemStructure::energy() const {
   StructureEnergy e = books_;
   e.elastic = stored_half_;
+  if (h_last_ == 0) {
+    const_cast<FemStructure*>(this)->forces(time_);
+    e.elastic = stored_now_;
+  }
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     const Vec3 v = node_velocity(static_cast<int>(i));
     const Vec3 x = node_position(static_cast<int>(i)) - 0.5 * h_last_ * v;  // at the half step, where the velocities live
@@ -117,24 +121,34 @@ std::vector<Vec3> FemStructure::probe_displacements() const {
   return result;
 }
 
-double FemStructure::damage_max() const { return 0; }
-double FemStructure::damaged_volume() const { return 0; }
+double FemStructure::damage_max() const { return damage_ ? (eroded_volume_ > 0 ? 1.0 : damage_->largest()) : 0; }
+double FemStructure::damaged_volume() const {
+  double volume = eroded_volume_;
+  if (damage_)
+    for (int cell : damage_->cells())
+      if (std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5) volume += cell_mass_[cell] / spec_.density;
+  return volume;
+}
 long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
-std::vector<Fragment> FemStructure::take_fragments() { return {}; }
 
 std::string FemStructure::plan() const {
   std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
                                  kernels().name, kernels().width);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
-                      finite_ ? "free body, total Lagrangian for any rotation" : "small strains and rotations");
+                      finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
+  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
+                                   spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off");
+  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, perfect bond\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume())
+                : fmt::format("{}: no reinforcement\n", spec_.name);
+  if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
   if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
   else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
   return text;
 }
 
 void FemStructure::save(std::vector<double>& state) const {
-  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0,
+  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work});
   for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -143,6 +157,15 @@ void FemStructure::save(std::vector<double>& state) const {
       state.push_back(v_[4 * i + c]);
       state.push_back(contact_impulse_[4 * i + c]);
     }
+  save_linear(state);
+  if (bars_) bars_->save(state);
+  if (bearings_) bearings_->save(state);
+  if (damage_ || bearings_) {
+    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, eroded_volume_});
+    state.insert(state.end(), live_.begin(), live_.end());
+    state.insert(state.end(), mass_.begin(), mass_.end());
+    if (damage_) damage_->save(state);
+  }
 }
 
 void FemStructure::restore(std::span<const double> state) {
@@ -153,6 +176,7 @@ void FemStructure::restore(std::span<const double> state) {
   };
   h_last_ = next(), time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
   still_ = next() != 0;
+  lone_steps_ = next();
   books_ = {};
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
                     &books_.external_work, &books_.contact_work})
@@ -163,6 +187,28 @@ void FemStructure::restore(std::span<const double> state) {
       v_[4 * i + c] = next();
       contact_impulse_[4 * i + c] = next();
     }
+  at += restore_linear(state.subspan(at));
+  if (bars_) at += bars_->restore(state.subspan(at));
+  if (bearings_) at += bearings_->restore(state.subspan(at));
+  if (damage_ || bearings_) {
+    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), eroded_volume_ = next();
+    bool changed = false;
+    std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
+    for (std::size_t cell = 0; cell < live_.size(); ++cell) {
+      const char now = next() != 0;
+      changed = changed || now != live_[cell];
+      live_[cell] = now;
+      if (now)
+        for (int n : mesh_.hexes[cell]) ++cells_at_node_[n];
+    }
+    for (std::size_t n = 0; n < mass_.size(); ++n) {
+      mass_[n] = next();
+      for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
+    }
+    if (damage_) at += damage_->restore(state.subspan(at));
+    for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
+    if (changed) rebuild_skin();
+  }
   if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   moved();
 }
@@ -185,11 +231,15 @@ Structure::Snapshot FemStructure::snapshot() const {
     for (int a = 0; a < 8; ++a) h += Vec3(u_[4 * hex[a]], u_[4 * hex[a] + 1], u_[4 * hex[a] + 2]) * (inverse_t * g[a]).transpose();
     Mat3 strain = 0.5 * (h + h.transpose());
     if (finite_) strain += 0.5 * h.transpose() * h;
-    const Mat3 deviator = 2 * shear_ * (strain - strain.trace() / 3 * Mat3::Identity());
+    const int c = static_cast<int>(cell);
+    const double tension = damage_ ? damage_->tension(c) : 0, compression = damage_ ? damage_->compression(c) : 0;
+    // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.
+    const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
     s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
-    s.damage_tension.push_back(0);
-    s.damage_compression.push_back(0);
+    s.damage_tension.push_back(tension);
+    s.damage_compression.push_back(compression);
   }
+  if (bars_) bars_->snapshot(mesh_, u_.data(), s);
   return s;
 }
 

@@ -22,13 +22,58 @@ namespace {
   throw InputError(p);
 }
 
-constexpr int largest_factored_system = 150000;  // degrees of freedom; above it multigrid is cheaper in time and memory
+constexpr double steel_density = 7850;  // [kg/m^3]
+
+/// The prismatic members that bars by rule are laid into.
+std::vector<rebar::Member> members(const StructureSpec& spec) {
+  std::vector<rebar::Member> list;
+  if (spec.kind == "viaduct") return viaduct_plan(spec).piers;
+  if (spec.kind == "box" || spec.kind == "column") {
+    rebar::Member m;
+    m.section = spec.kind == "column" && spec.section == "round" ? rebar::Member::Section::round : rebar::Member::Section::rectangular;
+    if (spec.kind == "box") {
+      // Along the longest side.
+      int axis = 0;
+      spec.size.maxCoeff(&axis);
+      const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+      m.width = spec.size[a], m.depth = spec.size[b], m.length = spec.size[axis];
+      m.axis_x = spec.rotation * Vec3::Unit(a);
+      m.axis_y = spec.rotation * Vec3::Unit(b);
+      m.base = spec.position - spec.rotation * Vec3::Unit(axis) * (spec.size[axis] / 2);
+    } else {
+      m.width = spec.size.x(), m.depth = spec.size.y(), m.length = spec.size.z();
+      m.axis_x = spec.rotation * Vec3::UnitX();
+      m.axis_y = spec.rotation * Vec3::UnitY();
+      m.base = spec.position;
+    }
+    list.push_back(m);
+  }
+  return list;
+}
 
 }  // namespace
 
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
   // BLAS with several threads may sum in another order: results must not depend on the machine's load.
   if (openblas_set_num_threads) openblas_set_num_threads(1);
+  if (spec_.f_cm > 0) {
+    material::ConcreteInput input;
+    input.f_cm = spec_.f_cm;
+    input.young = spec_.young;
+    input.poisson = spec_.poisson;
+    input.density = spec_.density;
+    input.f_t = spec_.tensile_strength;
+    input.fracture_energy = spec_.fracture_energy;
+    concrete_ = material::mc2010(input, "structure." + spec_.name + ".material");
+    spec_.young = concrete_->young;
+    spec_.poisson = concrete_->poisson;
+    spec_.density = concrete_->density;
+    for (const std::string& line : concrete_->report) report_("structure " + spec_.name + ": " + line);
+  }
+  if (spec_.damage != "none" && !concrete_)
+    bad(spec_, "damage", spec_.damage, "a damage law needs a concrete", "give the material an f_cm, or write damage = \"none\"");
+  if (spec_.damage != "none" && spec_.damage != "concrete")
+    bad(spec_, "damage", spec_.damage, "none and concrete are built", "write damage = \"concrete\"");
   if (!(spec_.young > 0)) bad(spec_, "material", fmt::format("young = {:g}", spec_.young), "Young's modulus must be positive", "give young or f_cm for the material");
   if (!(spec_.poisson > -1 && spec_.poisson < 0.5)) bad(spec_, "material", fmt::format("poisson = {:g}", spec_.poisson), "must lie in (-1, 0.5)", "correct the material");
   if (!(spec_.density > 0)) bad(spec_, "material", fmt::format("density = {:g}", spec_.density), "must be positive", "correct the material");
@@ -40,7 +85,8 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
-  finite_ = supports_.nodes.empty();
+  finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
+  wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
   rebuild_skin();
   loads_ = find_loads(spec_, mesh_, skin_);
   probes_ = find_probes(spec_, mesh_);
@@ -48,7 +94,18 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   const std::size_t n = mesh_.nodes.size();
   for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_}) a->assign(4 * n, 0.0);
   set_masses();
-  operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, false);
+  operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
+  if (spec_.damage != "none") {
+    double largest = 0;
+    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) largest = std::max(largest, 2 * jacobian(mesh_, cell, Vec3::Zero()).colwise().norm().maxCoeff());
+    material::check_cell_size(*concrete_, largest, "structure." + spec_.name + ".cell_size");
+    material::ConcreteDamage::Parameters p;
+    p.concrete = *concrete_;
+    p.rate_effect = spec_.rate_effect;
+    damage_ = std::make_unique<DamageField>(mesh_, p, finite_);
+    f_visc_.assign(4 * n, 0.0);
+  }
+  if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
   find_critical_step();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
@@ -58,14 +115,15 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
-  forces(0);
-  stored_half_ = stored_now_;
 }
 
 FemStructure::~FemStructure() = default;
 
 void FemStructure::set_masses() {
   const std::size_t n = mesh_.nodes.size();
+  cells_at_node_.assign(n, 0);
+  for (const auto& hex : mesh_.hexes)
+    for (int node : hex) ++cells_at_node_[node];
   cell_mass_ = cell_volumes(mesh_);
   for (double& m : cell_mass_) m *= spec_.density;
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
@@ -76,6 +134,10 @@ void FemStructure::set_masses() {
       const double w = spec_.density * jacobian(mesh_, cell, gauss_point(q)).determinant();
       for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
     }
+  if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
+    bars_ = std::make_unique<Bars>(spec_, mesh_, members(spec_));
+    bars_->add_mass(steel_density - spec_.density, mass_);
+  }
   dofs_.number.assign(n, {-1, -1, -1});
   dofs_.size = 0;
   for (std::size_t i = 0; i < n; ++i)
@@ -106,6 +168,24 @@ void FemStructure::find_critical_step() {
   for (int k = 0; k < steps; ++k) {
     std::fill(y.begin(), y.end(), 0.0);
     operator_->add_internal_force(x.data(), y.data(), false, false);
+    if (bars_) {
+      // Their stiffness by a difference, so small that neither rotation nor yielding shows.
+      double most = 0;
+      for (double value : x) most = std::max(most, std::abs(value));
+      const double factor = 1e-7 / most;
+      AlignedVector probe(x), zero(n, 0.0), with(n, 0.0), without(n, 0.0);
+      for (double& value : probe) value *= factor;
+      bars_->add_forces(probe.data(), 0, live_, with.data());
+      bars_->add_forces(zero.data(), 0, live_, without.data());
+      for (std::size_t i = 0; i < n; ++i) y[i] += (with[i] - without[i]) / factor;
+    }
+    for (const Spring& spring : bearings_ ? bearings_->springs() : std::vector<Spring>{}) {
+      Vec3 d = Vec3::Zero();
+      for (std::size_t k = 0; k < spring.node.size(); ++k) d += spring.weight[k] * Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
+      const Vec3 force = spring.stiffness * d;
+      for (std::size_t k = 0; k < spring.node.size(); ++k)
+        for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
+    }
     double a = 0;
     for (std::size_t i = 0; i < n; ++i) a += inverse_mass_[i] > 0 ? y[i] * x[i] : 0;
     double norm = 0;
@@ -127,11 +207,13 @@ void FemStructure::find_critical_step() {
   }
   const double largest = Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
   critical_step_ = spec_.critical_step_fraction * 2 / std::sqrt(1.02 * largest);
+  // Linear bulk viscosity b1 shortens the stable step by sqrt(1 + b1^2) - b1.
+  if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
 }
 
 const CholeskyFactor& FemStructure::factor() {
   if (!factor_) {
-    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
     factor_ = std::make_unique<CholeskyFactor>(stiffness_, 0.0, std::vector<double>{});
   }
   return *factor_;
@@ -143,7 +225,7 @@ double FemStructure::first_frequency() {
   if (n > largest_factored_system) {
     // Too large to factor only for the sake of damping: Rayleigh's quotient of the static shape under gravity-like load along the
     // softest axis would need the same solve; the multigrid solver gives it.
-    stiffness_ = stiffness_.n ? std::move(stiffness_) : assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+    stiffness_ = stiffness_.n ? std::move(stiffness_) : assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
   }
   std::vector<double> m(n), x(n), y(n);
   std::vector<Vec3> position(n);
@@ -190,9 +272,9 @@ void FemStructure::preload() {
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c], position[d] = mesh_.nodes[i], direction[d] = c;
   const bool multigrid = n > largest_factored_system;
-  if (multigrid && stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_);
+  if (multigrid && stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
-  for (int pass = 0; pass < 20; ++pass) {
+  for (int pass = 0; pass < 40; ++pass) {
     if (multigrid) {
       const int iterations = solve_by_multigrid(stiffness_, position, direction, b.data(), x.data(), 1e-10);
       report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
@@ -202,9 +284,11 @@ void FemStructure::preload() {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
-    if (!finite_) break;
+    if (!finite_ && !bars_) break;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
+    if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
+    if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
     double residual = 0, scale = 0;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
@@ -214,6 +298,7 @@ void FemStructure::preload() {
         }
     if (residual <= 1e-24 * scale) break;
   }
+  if (bars_) bars_->accept();
   moved();
   still_ = true;
 }

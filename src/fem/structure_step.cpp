@@ -22,14 +22,36 @@ void FemStructure::external_force(double t, AlignedVector& f) const {
 
 void FemStructure::forces(double t) {
   if (!forces_valid_) {
+    const bool measures = finite_ || damage_;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
-    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, finite_);
-    if (finite_) {
-      stored_now_ = operator_->total_energy();
+    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures);
+    if (damage_) {
+      const double* rate = spec_.rate_effect ? v_.data() : nullptr;
+      damage_->add_forces(u_.data(), rate, f_int_.data());
+      // An element below the bound cannot have reached a threshold anywhere; the others are asked.
+      operator_->cells_above(damage_->elastic_bound(), candidates_);
+      for (int cell : candidates_) {
+        if (!damage_->try_cell(cell, u_.data(), rate, f_int_.data())) continue;
+        operator_->add_internal_force_of({cell}, u_.data(), f_int_.data(), finite_, -1);
+        operator_->set_on(cell, false);
+      }
+      std::fill(f_visc_.begin(), f_visc_.end(), 0.0);
+      operator_->add_bulk_viscosity(v_.data(), f_visc_.data(), spec_.density, wave_speed_);
+    }
+    if (measures) {
+      stored_now_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
     } else {
       double twice = 0;
       for (std::size_t i = 0; i < u_.size(); ++i) twice += u_[i] * f_int_[i];
       stored_now_ = 0.5 * twice;
+    }
+    if (bars_) {
+      bars_->add_forces(u_.data(), h_last_, live_, f_int_.data());
+      stored_now_ += bars_->stored();
+    }
+    if (bearings_) {
+      bearings_->add_forces(u_.data(), live_, f_int_.data());
+      stored_now_ += bearings_->stored();
     }
   }
   if (!forces_valid_ || t != forces_time_) external_force(t, f_ext_);
@@ -38,6 +60,7 @@ void FemStructure::forces(double t) {
 }
 
 void FemStructure::predict(double t, double h) {
+  leave_modal();
   forces(t);
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   const double a = 0.5 * alpha_ * kick;
@@ -49,13 +72,14 @@ void FemStructure::predict(double t, double h) {
   double* __restrict out = v_hat_.data();
   const std::size_t n = v_.size();
   for (std::size_t i = 0; i < n; ++i) out[i] = keep * v[i] + push * inverse[i] * (external[i] - internal[i]);
+  if (!f_visc_.empty())
+    for (std::size_t i = 0; i < n; ++i) out[i] -= push * inverse[i] * f_visc_[i];
 }
 
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impulses) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
   contact_step_ = h;
-  double contact = 0;
   for (const NodeImpulse& p : impulses)
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
@@ -65,10 +89,11 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   for (const NodeImpulse& p : impulses)
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
+      books_.contact_work += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
     }
-  double damping = 0, external = 0, power = 0, kinetic = 0;
+  double damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0;
   const bool loaded = !loads_.empty();
+  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (std::size_t node = 0; node < mass_.size(); ++node) {
     const double m = mass_[node];
     for (std::size_t i = 4 * node; i < 4 * node + 3; ++i) {
@@ -79,13 +104,14 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       kinetic += m * after * after;
       if (inverse_mass_[i] == 0) continue;
       const double mean = 0.5 * (before + after);
-      if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i]) - contact_impulse_[i]);
+      if (visc) viscous += kick * mean * visc[i];
+      if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
       if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[static_cast<int>(i - 4 * node)]);
     }
   }
-  books_.contact_work += contact;
   books_.damping_work += damping;
   books_.external_work += external;
+  books_.bulk_viscosity_work += viscous;
   stored_half_ = stored_now_ + 0.5 * h * power;
   h_last_ = h;
   time_ = t + h;
@@ -93,6 +119,19 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
   if (kinetic > 1e-8 * reference_kinetic_ || !impulses.empty()) still_ = false;
   else if (!still_) still_ = true, still_since_ = time_;
+  if (bars_) {
+    books_.plastic_work += bars_->dissipation();
+    bars_->accept();
+  }
+  if (bearings_) {
+    books_.plastic_work += bearings_->dissipation();
+    bearings_->accept();
+  }
+  if (damage_) {
+    books_.damage_work += damage_->dissipation();
+    if (spec_.erosion) erode();
+    damage_->accept();
+  }
   moved();
 }
 
@@ -105,12 +144,6 @@ void FemStructure::explicit_steps(double t, double duration) {
     correct(now, h, {});
   }
   time_ = t + duration;
-}
-
-std::string FemStructure::advance_alone(double t, double duration) {
-  if (!(duration > 0)) return "none";
-  explicit_steps(t, duration);
-  return "explicit";
 }
 
 bool FemStructure::quiet() const {

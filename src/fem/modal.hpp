@@ -1,0 +1,39 @@
+/// Natural modes of the supported elastic structure, and their motion, exact in time.
+///
+///   K phi = omega^2 M phi,  phi_i^T M phi_j = delta_ij          shift-invert Lanczos with full reorthogonalisation [parlett1998]
+///   q'' + alpha q' + omega^2 q = p + s t                        closed form over each piece of the load's time table
+///   u = u_g + sum_l c_l r_l + Phi q,   r_l = K^-1 P_l - Phi Omega^-2 Phi^T P_l
+///
+/// r_l is the static answer of all modes left out to load l, so that a local load is not blurred by the truncation.
+///
+/// symbol    meaning                                          unit     shape
+/// omega     circular frequency, ascending                    rad/s    m
+/// phi       modes on the free degrees of freedom             kg^-1/2  n x m
+/// u_g       static displacement under gravity                m        n
+/// P, c      load patterns and their factors in time          N, 1     n x l, l
+#pragma once
+#include "fem/linear_system.hpp"
+#include "fem/setup.hpp"
+
+namespace talus::fem {
+
+struct ModalBasis {
+  VecX omega;
+  MatX phi;
+};
+
+/// The `count` lowest modes (fewer if the system is smaller). mass: lumped, per free degree of freedom.
+ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count);
+
+/// One mode over a time h under p + s t; q and rate are replaced. Returns the integral of q over h.
+double advance_mode(double omega, double alpha, double p, double s, double h, double& q, double& rate);
+
+/// Parameters of the generalized-alpha scheme [chung1993] for spectral radius rho at infinite frequency.
+struct GeneralizedAlpha {
+  double alpha_m, alpha_f, beta, gamma;
+  explicit GeneralizedAlpha(double rho)
+      : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)), beta(0.25 * (1 - alpha_m + alpha_f) * (1 - alpha_m + alpha_f)),
+        gamma(0.5 - alpha_m + alpha_f) {}
+};
+
+}  // namespace talus::fem

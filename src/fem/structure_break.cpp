@@ -1,0 +1,220 @@
+// Erosion and fragments: what leaves the structure.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <cmath>
+
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+namespace {
+constexpr double strain_limit = 0.10;    // principal strain at which a cell is eroded
+constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
+}  // namespace
+
+std::array<double, 8> FemStructure::node_shares(int cell) const {
+  std::array<double, 8> share{};
+  for (int q = 0; q < 8; ++q) {
+    const std::array<double, 8> n = shape_values(gauss_point(q));
+    const double w = spec_.density * jacobian(mesh_, cell, gauss_point(q)).determinant();
+    for (int a = 0; a < 8; ++a) share[a] += w * n[a];
+  }
+  return share;
+}
+
+double FemStructure::cell_energy(int cell) const {
+  return damage_ && damage_->has(cell) ? damage_->stored(cell) : operator_->energy(cell);
+}
+
+void FemStructure::switch_off(int cell) {
+  live_[cell] = 0;
+  operator_->set_on(cell, false);
+  if (damage_) damage_->remove(cell);
+  for (int n : mesh_.hexes[cell]) --cells_at_node_[n];
+}
+
+/// A node without cells would fly on for ever: its mass is dust, and leaves with its energy.
+void FemStructure::drop_orphans(const std::vector<int>& cells) {
+  for (int cell : cells)
+    for (int n : mesh_.hexes[cell]) {
+      if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
+      const Vec3 v = node_velocity(n);
+      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm() - mass_[n] * gravity_.dot(node_position(n) - 0.5 * h_last_ * v);
+      dust_mass_ += mass_[n];
+      remove_node(n);
+    }
+}
+
+void FemStructure::remove_node(int n) {
+  mass_[n] = 0;
+  for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = 0, v_[4 * n + c] = 0;
+}
+
+void FemStructure::erode() {
+  const std::vector<int> cells = damage_->spent(strain_limit);
+  if (cells.empty()) return;
+  for (int cell : cells) {
+    const double energy = damage_->stored(cell);
+    books_.eroded_energy += energy;
+    stored_half_ -= energy;
+    switch_off(cell);
+    eroded_volume_ += cell_mass_[cell] / spec_.density;
+  }
+  drop_orphans(cells);
+  ++breaks_;
+  rebuild_skin();
+}
+
+std::vector<Fragment> FemStructure::take_fragments() {
+  if (!damage_ && !bearings_) return {};
+  // Only when cracks or bearings changed: count what may cut.
+  const auto count = [&] {
+    long cuts = breaks_;
+    if (damage_)
+      for (int cell : damage_->cells()) cuts += damage_->tension_least(cell) > cut_damage ? 1 : 0;
+    if (bearings_)
+      for (std::size_t i = 0; i < bearings_->sites().size(); ++i) cuts += bearings_->holds(i) ? 0 : 1;
+    return cuts;
+  };
+  const long cuts = count();
+  if (cuts == cuts_seen_) return {};
+  cuts_seen_ = cuts;
+  if (neighbours_.empty()) neighbours_ = neighbours(mesh_);
+
+  const int cells = static_cast<int>(mesh_.hexes.size());
+  std::vector<int> parent(cells);
+  for (int i = 0; i < cells; ++i) parent[i] = i;
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto join = [&](int a, int b) {
+    a = root(a), b = root(b);
+    if (a != b) parent[std::max(a, b)] = std::min(a, b);
+  };
+  const auto gradient_at_centre = [&](int cell) {
+    const Mat3 inverse_t = jacobian(mesh_, cell, Vec3::Zero()).inverse().transpose();
+    const std::array<Vec3, 8> g = shape_gradients(Vec3::Zero());
+    Mat3 h = Mat3::Zero();
+    for (int a = 0; a < 8; ++a) {
+      const int n = 4 * mesh_.hexes[cell][a];
+      h += Vec3(u_[n], u_[n + 1], u_[n + 2]) * (inverse_t * g[a]).transpose();
+    }
+    return h;
+  };
+  const auto opened = [&](int a, int b, int face) {
+    const int* f = hex_faces[face];
+    const auto& hex = mesh_.hexes[a];
+    const Vec3 normal = (mesh_.nodes[hex[f[2]]] - mesh_.nodes[hex[f[0]]]).cross(mesh_.nodes[hex[f[3]]] - mesh_.nodes[hex[f[1]]]).normalized();
+    const Mat3 ha = gradient_at_centre(a), hb = gradient_at_centre(b);
+    const auto strain = [&](const Mat3& h) { return normal.dot(h * normal) + 0.5 * (h * normal).squaredNorm(); };
+    return std::max(strain(ha), strain(hb)) > 0;
+  };
+  for (int cell = 0; cell < cells; ++cell) {
+    if (!live_[cell]) continue;
+    for (int face = 0; face < 6; ++face) {
+      const int other = neighbours_[cell][face];
+      if (other < cell || !live_[other]) continue;
+      const bool cut = damage_ && damage_->has(cell) && damage_->has(other) && damage_->tension_least(cell) > cut_damage &&
+                       damage_->tension_least(other) > cut_damage && opened(cell, other, face);
+      if (!cut) join(cell, other);
+    }
+  }
+  if (bars_) bars_->ties([&](int a, int b) {
+    if (live_[a] && live_[b]) join(a, b);
+  });
+  if (bearings_) {
+    // A piece of deck rests on its cap beams only if it reaches bearings at both ends; with one end off its seat it falls.
+    const auto& sites = bearings_->sites();
+    std::map<int, std::map<int, std::array<bool, 2>>> reached;  // deck, piece -> ends
+    for (std::size_t i = 0; i < sites.size(); ++i)
+      if (bearings_->holds(i) && live_[sites[i].deck_cell] && live_[sites[i].cap_cell]) reached[sites[i].deck][root(sites[i].deck_cell)][sites[i].end] = true;
+    std::vector<std::pair<int, int>> pairs;
+    for (std::size_t i = 0; i < sites.size(); ++i) {
+      if (!bearings_->holds(i) || !live_[sites[i].deck_cell] || !live_[sites[i].cap_cell]) continue;
+      const std::array<bool, 2>& ends = reached[sites[i].deck][root(sites[i].deck_cell)];
+      if (ends[0] && ends[1]) pairs.emplace_back(sites[i].deck_cell, sites[i].cap_cell);
+    }
+    for (const auto& [deck, cap] : pairs) join(deck, cap);
+  }
+  std::vector<char> supported(cells, 0);
+  for (int cell = 0; cell < cells; ++cell) {
+    if (!live_[cell]) continue;
+    for (int n : mesh_.hexes[cell])
+      if (supports_.held[n][0] || supports_.held[n][1] || supports_.held[n][2]) supported[root(cell)] = 1;
+  }
+  const bool free_body = supports_.nodes.empty();
+  // A free body keeps its largest part as itself.
+  if (free_body) {
+    std::vector<double> mass(cells, 0.0);
+    for (int cell = 0; cell < cells; ++cell)
+      if (live_[cell]) mass[root(cell)] += cell_mass_[cell];
+    supported[std::max_element(mass.begin(), mass.end()) - mass.begin()] = 1;
+  }
+  std::map<int, std::vector<int>> parts;
+  for (int cell = 0; cell < cells; ++cell)
+    if (live_[cell] && !supported[root(cell)]) parts[root(cell)].push_back(cell);
+  if (parts.empty()) return {};
+
+  forces(time_);  // energies of the cells
+  std::vector<Fragment> fragments;
+  for (const auto& [first, list] : parts) fragments.push_back(detach(list));
+  cuts_seen_ = count();  // the parts that left took some of it along
+  rebuild_skin();
+  moved();
+  return fragments;
+}
+
+Fragment FemStructure::detach(const std::vector<int>& cells) {
+  Fragment f;
+  std::map<int, double> share;  // node -> mass that leaves
+  for (int cell : cells) {
+    const std::array<double, 8> m = node_shares(cell);
+    for (int a = 0; a < 8; ++a) share[mesh_.hexes[cell][a]] += m[a];
+    f.elastic += cell_energy(cell);
+  }
+  std::map<int, int> vertex;
+  HexMesh part;
+  for (auto& [n, m] : share) {
+    // Steel and rounding: a node that keeps no cell gives all it has.
+    int inside = 0;
+    for (int cell : cells) inside += std::count(mesh_.hexes[cell].begin(), mesh_.hexes[cell].end(), n) > 0;
+    if (inside == cells_at_node_[n]) m = mass_[n];
+    const Vec3 x = node_position(n), v = node_velocity(n);
+    f.mass += m;
+    f.centroid += m * x;
+    f.linear_momentum += m * v;
+    f.kinetic += 0.5 * m * v.squaredNorm();
+  }
+  f.centroid /= f.mass;
+  for (const auto& [n, m] : share) f.angular_momentum += m * (node_position(n) - f.centroid).cross(node_velocity(n));
+  std::vector<char> only(mesh_.hexes.size(), 0);
+  for (int cell : cells) only[cell] = 1;
+  for (const SkinQuad& quad : skin(mesh_, only)) {
+    std::array<int, 4> v{};
+    for (int k = 0; k < 4; ++k) {
+      const auto [at, fresh] = vertex.try_emplace(quad.node[k], static_cast<int>(f.vertices.size()));
+      if (fresh) f.vertices.push_back(node_position(quad.node[k]));
+      v[k] = at->second;
+    }
+    f.triangles.push_back({v[0], v[1], v[2]});
+    f.triangles.push_back({v[0], v[2], v[3]});
+  }
+  for (int cell : cells) switch_off(cell);
+  for (const auto& [n, m] : share) {
+    if (cells_at_node_[n] == 0) {
+      remove_node(n);
+      continue;
+    }
+    mass_[n] -= m;
+    for (int c = 0; c < 3; ++c)
+      if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
+  }
+  stored_half_ -= f.elastic;
+  report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, cells.size(), f.mass));
+  return f;
+}
+
+}  // namespace talus::fem
