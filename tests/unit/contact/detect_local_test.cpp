@@ -69,7 +69,9 @@ void slide(const Polyhedron& block, bool flat_faces, double perturbation, int sl
         EXPECT_NEAR((p.normal - n).norm(), 0, normal_tolerance);
         EXPECT_NEAR(p.gap, gap, flat_faces ? 2e-9 + 4 * perturbation : 1e-4 + 4 * perturbation);
       }
-      if (flat_faces) EXPECT_NEAR(total_area(contacts), 1.0, 1e-7);
+      if (flat_faces) {
+        EXPECT_NEAR(total_area(contacts), 1.0, 1e-7);
+      }
     }
   }
 }
