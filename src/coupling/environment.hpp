@@ -1,6 +1,7 @@
 /// What the blocks can touch, apart from each other: planes, terrain, structures. Null parts cost nothing.
 #pragma once
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "contact/detect.hpp"
@@ -20,10 +21,19 @@ struct StructurePart {
   double touch_stiffness = 0;   // extra normal compliance is 1 / this [N/m]; 0: none
 };
 
+/// A rock bridge between two blocks across one joint: strengths spread over the shared area, lost for good where they are exceeded.
+struct Bond {
+  int a = 0, b = 0;              // blocks, a < b
+  int joint = 0;                 // as in Polyhedron::face_joint_set
+  double cohesion = 0, tension = 0;   // added to the law's [Pa]
+};
+
 struct Environment {
   std::vector<Plane> planes;
   std::unique_ptr<contact::SurfaceIndex> terrain;   // null: none
   ContactLaws laws;
+  std::vector<std::optional<ContactLaw>> joint_laws;   // by joint of the rock mass; empty: the materials' law
+  std::vector<Bond> bonds;                             // sorted by (a, b, joint)
   std::vector<StructurePart> structures;
 };
 

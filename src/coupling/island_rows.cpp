@@ -135,8 +135,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   const ContactLaw& law = *t.law;
   c.friction = law.friction;
   if (!t.broken && t.at.area > 0) {
-    c.cohesion = law.cohesion * t.at.area * h;
-    c.tension = law.tension * t.at.area * h;
+    c.cohesion = (law.cohesion + t.bond_cohesion) * t.at.area * h;
+    c.tension = (law.tension + t.bond_tension) * t.at.area * h;
   }
   switch (t.mode) {
     case Mode::closed:

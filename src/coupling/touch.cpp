@@ -1,6 +1,7 @@
 #include "coupling/touch.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace talus::coupling {
@@ -89,6 +90,27 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
   return 0;
 }
 
+/// Joint of the rock mass that a block-block contact lies on, -1 if none.
+int joint_of(const dda::Model& m, const CandidatePair& pair, const contact::ContactPoint& p) {
+  const auto of = [](const Polyhedron& shape, int face) {
+    if (face < 0 || shape.face_joint_set.empty()) return -1;
+    return shape.face_joint_set[static_cast<std::size_t>(face)];
+  };
+  const int a = of(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, p.face_a);
+  const int b = of(*m.blocks[static_cast<std::size_t>(pair.b)].shape, p.face_b);
+  if (a >= 0 && b >= 0 && a != b) return -1;   // they no longer lie on the joint that parted them
+  return a >= 0 ? a : b;
+}
+
+const Bond* find_bond(const Environment& env, const CandidatePair& pair, int joint) {
+  const int a = std::min(pair.a.index, pair.b), b = std::max(pair.a.index, pair.b);
+  const auto key = std::array<int, 3>{a, b, joint};
+  const auto at = std::lower_bound(env.bonds.begin(), env.bonds.end(), key, [](const Bond& x, const std::array<int, 3>& k) {
+    return std::array<int, 3>{x.a, x.b, x.joint} < k;
+  });
+  return at != env.bonds.end() && at->a == a && at->b == b && at->joint == joint ? &*at : nullptr;
+}
+
 }  // namespace
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
@@ -119,6 +141,15 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     t.b = pair.b;
     t.at = p;
     t.law = &env.laws(material_of(m, env, pair.a, p.face_a), m.blocks[kb].material);
+    if (pair.a.kind == Partner::Kind::block && (!env.joint_laws.empty() || !env.bonds.empty())) {
+      const int joint = joint_of(m, pair, p);
+      if (joint >= 0 && joint < static_cast<int>(env.joint_laws.size()) && env.joint_laws[static_cast<std::size_t>(joint)])
+        t.law = &*env.joint_laws[static_cast<std::size_t>(joint)];
+      if (const Bond* bond = joint >= 0 ? find_bond(env, pair, joint) : nullptr) {
+        t.bond_cohesion = bond->cohesion;
+        t.bond_tension = bond->tension;
+      }
+    }
     const auto found = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, p.key),
                                         [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
                                           return c.partner != key.first ? c.partner < key.first : c.feature < key.second;

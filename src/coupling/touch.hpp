@@ -40,6 +40,7 @@ struct Touch {
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // spring energy at the start [J]
   bool broken = false;
+  double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   // filled by the assembly
   Vec3 normal = Vec3::UnitZ();   // at mid-step
   Mat3 frame = Mat3::Identity(); // columns n, t1, t2 at mid-step

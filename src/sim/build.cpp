@@ -7,6 +7,7 @@
 #include "core/error.hpp"
 #include "coupling/touch.hpp"
 #include "geometry/mass_properties.hpp"
+#include "sim/rock_mass.hpp"
 #include "geometry/shape.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/world.hpp"
@@ -45,6 +46,7 @@ class Builder {
     const scene::Scene& s = world_->scene;
     model_.gravity = s.simulation.gravity;
     for (const scene::Block& b : s.blocks) add_block(b);
+    add_rock_mass();
     add_terrain();
     env_.planes = s.planes;
     env_.laws = s.laws;
@@ -134,6 +136,49 @@ class Builder {
         problems_.push_back(std::move(p));
       }
     }
+  }
+
+  void add_rock_mass() {
+    const auto& mass = world_->scene.rock_mass;
+    if (!mass) return;
+    geometry::CutResult cut;
+    try {
+      cut = geometry::cut(cut_spec(*mass));
+    } catch (const InputError& e) {
+      for (Problem p : e.problems()) {
+        if (p.file.empty()) p.file = world_->scene.file;
+        problems_.push_back(std::move(p));
+      }
+      return;
+    }
+    for (const Problem& w : cut.warnings) world_->scene.warnings.push_back(w);
+    const int first = static_cast<int>(model_.blocks.size());
+    int serial = 0;
+    for (geometry::CutBlock& b : cut.blocks)
+      push(make_block(fmt::format("{}{}", mass->block_prefix, ++serial), std::move(b.body), mass->material, mass->deformable), b.centroid,
+           Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+    const ContactLaw& law = world_->scene.laws(mass->material, mass->material);
+    bool own = false;
+    for (const scene::JointSet& j : mass->joint_sets) {
+      std::optional<ContactLaw> joint;
+      if (j.friction || j.cohesion || j.tension) {
+        joint = law;
+        joint->friction = j.friction.value_or(law.friction);
+        joint->cohesion = j.cohesion.value_or(law.cohesion);
+        joint->tension = j.tension.value_or(law.tension);
+        own = true;
+      }
+      env_.joint_laws.push_back(joint);
+    }
+    if (!own) env_.joint_laws.clear();
+    for (const geometry::CutInterface& i : cut.interfaces)
+      if (i.bonded_area > 0 && i.area > 0)
+        env_.bonds.push_back({first + i.a, first + i.b, i.joint, i.shear * i.bonded_area / i.area, i.tension * i.bonded_area / i.area});
+    std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) {
+      return std::array<int, 3>{x.a, x.b, x.joint} < std::array<int, 3>{y.a, y.b, y.joint};
+    });
+    world_->notes.push_back(fmt::format("Rock mass: {} blocks cut from {:.6g} m^3, {} slivers merged, {} rock bridges.", cut.blocks.size(),
+                                        cut.region_volume, cut.merged, env_.bonds.size()));
   }
 
   void add_terrain() {

@@ -1,0 +1,42 @@
+/// The scene's rock mass as the cutter takes it.
+#pragma once
+#include "geometry/cut.hpp"
+#include "scene/scene.hpp"
+
+namespace talus::sim {
+
+inline geometry::CutSpec cut_spec(const scene::RockMass& mass) {
+  geometry::CutSpec spec;
+  spec.region = mass.region;
+  spec.box = mass.box;
+  spec.least_volume = mass.least_volume;
+  for (const scene::JointSet& j : mass.joint_sets) {
+    geometry::CutJointSet s;
+    s.name = j.name;
+    s.dip_direction = j.dip_direction;
+    s.dip = j.dip;
+    s.spacing = j.spacing;
+    s.origin = j.origin;
+    s.persistence = j.persistence;
+    s.fisher = j.fisher;
+    s.spacing_distribution = j.spacing_distribution;
+    s.spacing_deviation = j.spacing_deviation;
+    s.seed = j.seed;
+    s.bond_tension = j.bond_tension;
+    s.bond_shear = j.bond_shear;
+    spec.joint_sets.push_back(std::move(s));
+  }
+  for (const scene::Joint& j : mass.joints) {
+    geometry::CutJoint s;
+    s.name = j.name;
+    s.dip_direction = j.dip_direction;
+    s.dip = j.dip;
+    s.through = j.through;
+    s.radius = j.radius;
+    s.polygon = j.polygon;
+    spec.joints.push_back(std::move(s));
+  }
+  return spec;
+}
+
+}  // namespace talus::sim
