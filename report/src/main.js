@@ -10,12 +10,18 @@ const { summary, meta, blocks, structures, impacts, frames, nb, nf, array } = da
 const $ = (id) => document.getElementById(id);
 const make = (tag, props = {}, ...children) => { const e = Object.assign(document.createElement(tag), props); e.append(...children); return e; };
 
+const icons = {
+  play: '<svg viewBox="0 0 20 20"><path d="M5 2.5v15l13-7.5z"/></svg>', pause: '<svg viewBox="0 0 20 20"><path d="M4 3h4v14H4zM12 3h4v14h-4z"/></svg>',
+  sun: '<svg viewBox="0 0 20 20"><circle cx="10" cy="10" r="3.6"/><path d="M10 1.500v2M10 16.500v2M1.500 10h2M16.500 10h2M4 4l1.400 1.400M14.600 14.600 16 16M4 16l1.400-1.400M14.600 5.400 16 4"/></svg>',
+  moon: '<svg viewBox="0 0 20 20"><path d="M16.500 12.200A7 7 0 0 1 7.800 3.500a7 7 0 1 0 8.700 8.700z"/></svg>',
+};
+
 // ---- theme
 const root = document.documentElement;
 const store = { get: (k) => { try { return localStorage.getItem(k); } catch { return null; } }, set: (k, v) => { try { localStorage.setItem(k, v); } catch { /* private windows */ } } };
 function setTheme(name) {
   root.dataset.theme = name;
-  $("theme").textContent = name === "dark" ? "☀" : "☾";
+  $("theme").innerHTML = name === "dark" ? icons.sun : icons.moon;
   repaint();
   map.paint();
   scene.theme(name === "dark");
@@ -30,7 +36,9 @@ const [word, kind] = states[summary.status] || [summary.status, "warn"];
 $("status").textContent = word;
 $("status").className = `chip ${kind}`;
 if (summary.message) $("status").title = summary.message;
-(summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: line })));
+// A number keeps its unit on the same line.
+const tidy = (line) => line.replaceAll("m^3", "m³").replace(/(\d) (?=(s|m\/s|[GMkmµu]?(N|J|Pa)( [ms])?|m|m³)\b)/g, "$1\u00a0").replace(/\b([kMG]?N) ([ms])\b/g, "$1\u00a0$2");
+(summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
 if (summary.message) $("headline").append(make("p", { textContent: summary.message }));
 
 function card(label, value, unit, note, extra = "", digits = 3) {
@@ -77,7 +85,6 @@ const length = Math.max(data.end - data.start, 1e-9);
 const slider = $("time");
 slider.min = data.start;
 slider.max = data.end;
-const icons = { play: '<svg viewBox="0 0 20 20"><path d="M5 2.5v15l13-7.5z"/></svg>', pause: '<svg viewBox="0 0 20 20"><path d="M4 3h4v14H4zM12 3h4v14h-4z"/></svg>' };
 for (const s of [0.01, 0.02, 0.05, 0.1, 0.25, 0.5, 1, 2, 5, 10]) $("speed").append(make("option", { value: s, textContent: `${s}×` }));
 speed = length > 40 ? 2 : length < 0.5 ? 0.05 : length < 2 ? 0.25 : 1;
 $("speed").value = speed;

@@ -1,7 +1,7 @@
 // The 3D view: terrain, blocks, structures, trajectories, impact forces. Shows one instant; who drives the time is main.js.
 import {
   AmbientLight, ArrowHelper, BatchedMesh, BufferAttribute, BufferGeometry, Color, DirectionalLight, DoubleSide, Group, HemisphereLight, LineBasicMaterial, LineSegments,
-  Matrix4, Mesh, MeshStandardMaterial, PCFSoftShadowMap, PerspectiveCamera, Points, PointsMaterial, Quaternion, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, Sphere, Box3,
+  Matrix4, Mesh, MeshStandardMaterial, PCFShadowMap, PerspectiveCamera, Points, PointsMaterial, Quaternion, Raycaster, Scene, Vector2, Vector3, WebGLRenderer, Sphere, Box3,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
@@ -308,18 +308,23 @@ const travel = (() => {
   const n = Math.hypot(x, y);
   return n > 1e-3 * extent ? new Vector3(x / n, y / n, 0) : new Vector3(1, 0, 0);
 })();
-export const along = travel;
+
+// From where a sphere fills the view, looking against `direction`.
+function stand(centre, radius, direction) {
+  const half = (camera.fov * Math.PI) / 360, fit = Math.min(half, Math.atan(Math.tan(half) * camera.aspect));
+  return centre.clone().addScaledVector(direction.clone().normalize(), (1.04 * radius) / Math.sin(fit));
+}
 
 export const cameras = {
   overview: (quick) => {
-    const side = new Vector3(-travel.y, travel.x, 0), aspect = camera.aspect;
-    fly(middle.clone().addScaledVector(travel, 0.55 * extent).addScaledVector(side, -1.05 * extent / Math.min(1, aspect)).add(new Vector3(0, 0, 0.62 * extent)), middle, quick);
+    const side = new Vector3(-travel.y, travel.x, 0), d = travel.clone().multiplyScalar(0.62).addScaledVector(side, -0.5).add(new Vector3(0, 0, 0.82));
+    fly(stand(middle, high.clone().sub(low).length() / 2 || 1, d), middle, quick);
   },
   structure: (quick) => {
     if (!bodies.length) return;
     const hit = structures.findIndex((s) => impacts.some((m) => m.structure === s.name)), box = structureBox(Math.max(hit, 0)), c = box.getCenter(new Vector3()), r = box.getSize(new Vector3()).length();
     const side = new Vector3(-travel.y, travel.x, 0);
-    fly(c.clone().addScaledVector(travel, -0.75 * r).addScaledVector(side, -1.15 * r).add(new Vector3(0, 0, 0.45 * r)), c, quick);
+    fly(stand(c, 0.52 * r, travel.clone().multiplyScalar(-0.55).addScaledVector(side, -0.8).add(new Vector3(0, 0, 0.42))), c, quick);
   },
   follow: (quick) => {
     const first = impacts.length ? blocks.findIndex((b) => b.name === impacts[0].block) : 0, b = selected.kind === "block" ? selected.index : Math.max(first, 0);
@@ -334,8 +339,8 @@ export const cameras = {
     glide = null;
     dirty = true;
   },
-  top: (quick) => fly(middle.clone().add(new Vector3(0, -0.002 * extent, 1.7 * extent / Math.min(1, camera.aspect))), middle, quick),
-  side: (quick) => fly(middle.clone().addScaledVector(new Vector3(-travel.y, travel.x, 0), -1.6 * extent / Math.min(1, camera.aspect)).add(new Vector3(0, 0, 0.06 * extent)), middle, quick),
+  top: (quick) => fly(stand(middle, Math.hypot(high.x - low.x, high.y - low.y) / 2, new Vector3(0, -0.002, 1)).add(new Vector3(0, 0, (high.z - low.z) / 2)), middle, quick),
+  side: (quick) => fly(stand(middle, high.clone().sub(low).length() / 2, new Vector3(travel.y, -travel.x, 0.12)), middle, quick),
 };
 
 export function select(kind, index) {
@@ -388,17 +393,18 @@ export function refresh() {
 
 export function theme(dark) {
   if (!renderer) return;
-  scene.getObjectByName("sky").intensity = dark ? 0.85 : 1.15;
-  sun.intensity = dark ? 2.1 : 2.7;
+  scene.getObjectByName("sky").intensity = dark ? 1.75 : 2.3;
+  sun.intensity = dark ? 1.7 : 2.1;
   dirty = true;
 }
 
 // Throws where there is no WebGL.
 export function open(canvas, onPick) {
+  if (!document.createElement("canvas").getContext("webgl2")) throw new Error("no WebGL 2");
   renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
   renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
   renderer.shadowMap.enabled = true;
-  renderer.shadowMap.type = PCFSoftShadowMap;
+  renderer.shadowMap.type = PCFShadowMap;
   scene = new Scene();
   camera = new PerspectiveCamera(38, 1, extent * 1e-3, extent * 40);
   camera.up.set(0, 0, 1);
