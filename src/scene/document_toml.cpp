@@ -1,8 +1,15 @@
 #include <fmt/format.h>
 
 #include <sstream>
+#include <stdexcept>
 
+// The parser asserts, in a few places, what damaged text can break: there it must refuse the text, not end the program.
+namespace {
+[[noreturn]] void refuse_text() { throw std::runtime_error("the text cannot be understood"); }
+}  // namespace
+#undef NDEBUG   // with it, the conditions would become promises to the compiler
 #define TOML_EXCEPTIONS 1
+#define TOML_ASSERT(condition) (static_cast<bool>(condition) ? static_cast<void>(0) : refuse_text())
 #include <toml++/toml.h>
 
 #include "scene/document.hpp"
@@ -59,11 +66,18 @@ Node parse_toml(const std::string& text, const std::string& file, std::vector<Pr
     problem.rule = fmt::format("not TOML: {}", error.description());
     problem.remedy = "correct the syntax here; the rest of the file was not read";
     problems.push_back(std::move(problem));
-    Node empty;
-    empty.kind = Node::Kind::table;
-    empty.bad = true;
-    return empty;
+  } catch (const std::runtime_error& error) {
+    Problem problem;
+    problem.file = file;
+    problem.line = problem.column = 1;
+    problem.rule = fmt::format("not TOML: {}", error.what());
+    problem.remedy = "look for a key or a bracket that is damaged";
+    problems.push_back(std::move(problem));
   }
+  Node empty;
+  empty.kind = Node::Kind::table;
+  empty.bad = true;
+  return empty;
 }
 
 Node parse_toml_value(const std::string& text, const std::string& file) {
@@ -75,7 +89,7 @@ Node parse_toml_value(const std::string& text, const std::string& file) {
       node.where = {file, 0, 0};
       return node;
     }
-  } catch (const toml::parse_error&) {
+  } catch (const std::runtime_error&) {
     // The shell takes the quotes away: 1e-4 s is meant as a text.
   }
   node = {};
