@@ -1,0 +1,158 @@
+#include "geometry/key_blocks.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace talus::geometry {
+namespace {
+
+constexpr double tolerance = 1e-9;  // on unit vectors: a face slid along exactly does not block
+
+bool in_pyramid(const std::vector<BlockPlane>& planes, const Vec3& x) {
+  return std::all_of(planes.begin(), planes.end(), [&](const BlockPlane& p) { return p.normal.dot(x) >= -tolerance; });
+}
+
+/// A cone other than {0} holds one of: a normal's own direction, a line common to two planes, or any direction of a plane.
+bool pyramid_is_empty(const std::vector<BlockPlane>& planes) {
+  std::vector<Vec3> candidates{Vec3::UnitX(), Vec3::UnitY(), Vec3::UnitZ()};
+  for (const BlockPlane& p : planes) {
+    candidates.push_back(p.normal);
+    const Vec3 u = p.normal.unitOrthogonal();
+    candidates.push_back(u);
+    candidates.push_back(p.normal.cross(u));
+    for (const BlockPlane& q : planes) {
+      const Vec3 line = p.normal.cross(q.normal);
+      if (line.norm() > 1e-9) candidates.push_back(line.normalized());
+    }
+  }
+  for (const Vec3& c : candidates)
+    if (in_pyramid(planes, c) || in_pyramid(planes, -c)) return false;
+  return true;
+}
+
+}  // namespace
+
+KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const Vec3& weight) {
+  KeyBlock k;
+  k.free_area = free_area;
+  if (!(free_area > 0)) return k;
+  // Faces in one plane, or in parallel planes on the same side, resist together.
+  std::vector<BlockPlane> planes;
+  for (const BlockPlane& p : given) {
+    bool merged = false;
+    for (BlockPlane& q : planes)
+      if (q.joint == p.joint && (q.normal - p.normal).norm() < 1e-9) q.area += p.area, merged = true;
+    if (!merged) planes.push_back(p);
+  }
+  if (pyramid_is_empty(planes)) {
+    k.type = KeyBlock::Type::tapered;
+    return k;
+  }
+  k.type = KeyBlock::Type::stable;
+  const double w = weight.norm();
+  if (!(w > 0)) return k;
+  const Vec3 r = weight / w;
+  if (std::all_of(planes.begin(), planes.end(), [&](const BlockPlane& p) { return p.normal.dot(r) > tolerance; })) {
+    k.type = KeyBlock::Type::unstable;
+    k.mode = KeyBlock::Mode::falling;
+    k.direction = r;
+    k.driving_force = w;
+    k.factor_of_safety = 0;
+    return k;
+  }
+  const auto finish = [&](double resisting) {
+    k.factor_of_safety = k.driving_force > 0 ? resisting / k.driving_force : std::numeric_limits<double>::infinity();
+    k.type = k.factor_of_safety < 1 ? KeyBlock::Type::unstable : KeyBlock::Type::needs_friction;
+  };
+  for (const BlockPlane& p : planes) {
+    const double into = p.normal.dot(r);
+    if (into > tolerance) continue;
+    const Vec3 s = r - into * p.normal;
+    if (s.norm() <= tolerance || !in_pyramid(planes, s.normalized())) continue;
+    k.mode = KeyBlock::Mode::plane;
+    k.joint_1 = p.joint;
+    k.direction = s.normalized();
+    k.normal_force_1 = -into * w;
+    k.driving_force = s.norm() * w;
+    finish(k.normal_force_1 * std::tan(p.strength.friction) + p.strength.cohesion * p.area);
+    return k;
+  }
+  for (std::size_t i = 0; i < planes.size(); ++i)
+    for (std::size_t j = i + 1; j < planes.size(); ++j) {
+      const BlockPlane &p = planes[i], &q = planes[j];
+      Vec3 s = p.normal.cross(q.normal);
+      if (s.norm() < 1e-9) continue;
+      s.normalize();
+      if (s.dot(r) < 0) s = -s;
+      if (s.dot(r) <= tolerance || !in_pyramid(planes, s)) continue;
+      // r = s (s.r) - N_p n_p - N_q n_q, both pressing.
+      const double c = p.normal.dot(q.normal), rp = r.dot(p.normal), rq = r.dot(q.normal), det = 1 - c * c;
+      const double np = -(rp - c * rq) / det, nq = -(rq - c * rp) / det;
+      if (np < -tolerance || nq < -tolerance) continue;
+      k.mode = KeyBlock::Mode::wedge;
+      k.joint_1 = p.joint;
+      k.joint_2 = q.joint;
+      k.direction = s;
+      k.normal_force_1 = np * w;
+      k.normal_force_2 = nq * w;
+      k.driving_force = s.dot(r) * w;
+      finish(k.normal_force_1 * std::tan(p.strength.friction) + p.strength.cohesion * p.area +
+             k.normal_force_2 * std::tan(q.strength.friction) + q.strength.cohesion * q.area);
+      return k;
+    }
+  return k;
+}
+
+std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& options) {
+  const auto is_free = options.is_free ? options.is_free : [](const Vec3&, const Vec3& n) { return n.z() > -1e-6; };
+  const auto strength = [&](int joint) {
+    if (options.strength.empty()) return JointStrength{};
+    const int last = static_cast<int>(options.strength.size()) - 1;
+    return options.strength[joint >= 0 ? std::min(joint, last) : last];
+  };
+  std::vector<KeyBlock> out;
+  for (const CutBlock& block : cut.blocks) {
+    const Polyhedron& p = block.body;
+    std::vector<double> area(p.faces(), 0.0);
+    std::vector<Vec3> middle(p.faces(), Vec3::Zero());
+    for (std::size_t t = 0; t < p.triangles.size(); ++t) {
+      const auto& c = p.triangles[t];
+      const Vec3 &a = p.vertices[c[0]], &b = p.vertices[c[1]], &d = p.vertices[c[2]];
+      const double s = 0.5 * (b - a).cross(d - a).norm();
+      area[p.triangle_face[t]] += s;
+      middle[p.triangle_face[t]] += s * (a + b + d) / 3;
+    }
+    std::vector<BlockPlane> planes;
+    double free_area = 0;
+    for (int f = 0; f < p.faces(); ++f) {
+      const int joint = p.face_joint_set[f];
+      if (joint < 0 && is_free(block.centroid + middle[f] / area[f], p.face_normals[f])) free_area += area[f];
+      else planes.push_back({-p.face_normals[f], area[f], strength(joint), joint});
+    }
+    out.push_back(key_block(planes, free_area, options.density * block.volume * options.gravity));
+  }
+  return out;
+}
+
+std::string name_of(KeyBlock::Type type) {
+  switch (type) {
+    case KeyBlock::Type::enclosed: return "enclosed";
+    case KeyBlock::Type::tapered: return "tapered";
+    case KeyBlock::Type::stable: return "stable";
+    case KeyBlock::Type::needs_friction: return "needs friction";
+    case KeyBlock::Type::unstable: return "unstable";
+  }
+  return "";
+}
+
+std::string name_of(KeyBlock::Mode mode) {
+  switch (mode) {
+    case KeyBlock::Mode::none: return "none";
+    case KeyBlock::Mode::falling: return "falling";
+    case KeyBlock::Mode::plane: return "plane";
+    case KeyBlock::Mode::wedge: return "wedge";
+  }
+  return "";
+}
+
+}  // namespace talus::geometry
