@@ -1,5 +1,4 @@
 // talus cut: block cutting alone.
-#if __has_include("geometry/block_output.hpp")
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -10,25 +9,11 @@
 #include "geometry/block_output.hpp"
 #include "geometry/cut.hpp"
 #include "io/files.hpp"
+#include "sim/rock_mass.hpp"
 
 namespace talus::app {
 
 namespace fs = std::filesystem;
-
-namespace {
-
-geometry::CutSpec cut_spec(const scene::RockMass& mass) {
-  geometry::CutSpec spec;
-  spec.region = mass.region;
-  spec.box = mass.box;
-  spec.least_volume = mass.least_volume;
-  for (const scene::JointSet& s : mass.joint_sets)
-    spec.joint_sets.push_back({s.name, s.dip_direction, s.dip, s.spacing, s.origin, s.persistence, s.fisher, s.spacing_distribution, s.spacing_deviation, s.seed, s.bond_tension, s.bond_shear});
-  for (const scene::Joint& j : mass.joints) spec.joints.push_back({j.name, j.dip_direction, j.dip, j.through, j.radius, j.polygon, j.bond_tension, j.bond_shear});
-  return spec;
-}
-
-}  // namespace
 
 int command_cut(const Options& options) {
   const scene::Scene scene = scene::read_scene(options.input, options.overrides());
@@ -44,7 +29,7 @@ int command_cut(const Options& options) {
   io::check_directory(directory);
   for (const Problem& warning : scene.warnings) fmt::print(stderr, "{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
-  const geometry::CutSpec spec = cut_spec(mass);
+  const geometry::CutSpec spec = sim::cut_spec(mass);
   const geometry::CutResult cut = geometry::cut(spec);
   for (const Problem& warning : cut.warnings) fmt::print(stderr, "{}\n", warning.str());
 
@@ -83,5 +68,3 @@ int command_cut(const Options& options) {
 }
 
 }  // namespace talus::app
-
-#endif

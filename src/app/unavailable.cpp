@@ -13,9 +13,6 @@ namespace {
 }
 }  // namespace
 
-#if !__has_include("geometry/block_output.hpp")
-int command_cut(const Options&) { unavailable("cut"); }
-#endif
 int command_capacity(const Options&) { unavailable("capacity"); }
 int command_verify(const Options&) { unavailable("verify"); }
 
