@@ -42,7 +42,7 @@ struct Terrain {
   TriangleSurface surface;
   std::string crs;                  // of the file, if it names one
   GridHoles grid;
-  double decimation_reached = 0;    // largest vertical error of the decimated surface [m]
+  double decimation_reached = 0;    // bound of the decimated surface's vertical error [m]
   std::size_t triangles_read = 0;   // before decimation
   std::vector<Problem> warnings;    // holes, dropped triangles
 
@@ -73,7 +73,7 @@ struct Area {
 Area read_area(const std::string& path);
 
 /// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically, everywhere.
-/// Border vertices stay. `error_reached` is the largest difference of the result. Only for surfaces that are a
+/// Border vertices stay. `error_reached` is a bound of the largest difference of the result, at most `error`. Only for surfaces that are a
 /// function z(x, y).
 void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached);
 

@@ -169,3 +169,47 @@ TEST(Terrain, AMillionTrianglesLoadInTime) {
   EXPECT_LT(seconds, 5.0);
   RecordProperty("seconds", std::to_string(seconds));
 }
+
+TEST(Terrain, DecimationKeepsItsVerticalBoundEverywhere) {
+  const int n = 61;
+  const auto grid = [&](auto&& z) {
+    std::pair<std::vector<Vec3>, std::vector<std::array<int, 3>>> g;
+    for (int i = 0; i < n; ++i)
+      for (int j = 0; j < n; ++j) g.first.emplace_back(j, i, z(j, i));
+    for (int i = 0; i + 1 < n; ++i)
+      for (int j = 0; j + 1 < n; ++j) {
+        const int k = i * n + j;
+        g.second.push_back({k, k + 1, k + n + 1});
+        g.second.push_back({k, k + n + 1, k + n});
+      }
+    return g;
+  };
+  const auto height = [](const std::vector<Vec3>& v, const std::vector<std::array<int, 3>>& tris, double x, double y) {
+    for (const auto& t : tris) {
+      const Vec3 &a = v[t[0]], &b = v[t[1]], &c = v[t[2]];
+      const auto area = [](double ax, double ay, double bx, double by) { return ax * by - ay * bx; };
+      const double all = area(b.x() - a.x(), b.y() - a.y(), c.x() - a.x(), c.y() - a.y());
+      const double wb = area(x - a.x(), y - a.y(), c.x() - a.x(), c.y() - a.y()) / all, wc = area(b.x() - a.x(), b.y() - a.y(), x - a.x(), y - a.y()) / all;
+      if (wb >= -1e-9 && wc >= -1e-9 && wb + wc <= 1 + 1e-9) return a.z() + wb * (b.z() - a.z()) + wc * (c.z() - a.z());
+    }
+    return std::nan("");
+  };
+  auto [v, t] = grid([](int x, int y) { return 0.25 * x - 0.5 * y; });
+  double reached = -1;
+  decimate(v, t, 0.01, reached);
+  EXPECT_LT(reached, 1e-9);
+  EXPECT_LT(t.size(), 2000u);  // of 7200; the border keeps its 240 vertices
+
+  const auto original = grid([](int x, int y) { return 3 * std::sin(0.2 * x) * std::cos(0.15 * y); });
+  auto [w, s] = original;
+  decimate(w, s, 0.2, reached);
+  EXPECT_LE(reached, 0.2);
+  EXPECT_LT(s.size(), original.second.size() / 2);
+  double worst = 0;
+  for (int k = 0; k < 1500; ++k) {  // between the nodes as well
+    const double x = std::fmod(k * 0.618034 * 60, 60), y = std::fmod(k * 0.754878 * 60, 60);
+    worst = std::max(worst, std::abs(height(w, s, x, y) - height(original.first, original.second, x, y)));
+  }
+  EXPECT_LE(worst, reached + 1e-9);
+  EXPECT_GT(worst, 0.01);
+}
