@@ -19,7 +19,7 @@ Eigen::Vector2d equal_area(const Vec3& line) {
 }
 
 std::string stereonet_svg(const CutSpec& spec, const CutResult& cut, const StereonetOptions& options) {
-  constexpr double size = 640, radius = 235, cx = 270, cy = 300;
+  constexpr double size = 700, radius = 235, cx = 270, cy = 300;
   const char* colours[] = {"#1f5fa8", "#c1272d", "#2e8b57", "#8e44ad", "#d2691e", "#008b8b", "#7f6000", "#555555"};
   const auto place = [&](const Vec3& line) {
     const Eigen::Vector2d p = equal_area(line);
