@@ -75,6 +75,8 @@ struct StructureEnergy {
   double damping_work = 0, damage_work = 0, plastic_work = 0, bulk_viscosity_work = 0, eroded_energy = 0;
   double external_work = 0;        // prescribed loads
   double contact_work = 0;         // work done on the structure by contact impulses
+  double algorithmic = 0;          // work of internal forces that is neither stored nor dissipated by a law: what the time
+                                   // discretisation of a non-linear structure loses (> 0) or gains (< 0); zero when it is linear
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the scene origin
 };
 

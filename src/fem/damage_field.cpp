@@ -150,12 +150,12 @@ void DamageField::add_forces(const double* u, const double* v, double* f) {
 
 void DamageField::accept() { old_ = next_; }
 
-std::vector<int> DamageField::spent(double strain_limit) const {
+std::vector<int> DamageField::spent(double limit, double open_limit, const std::vector<char>& kept) const {
   std::vector<int> list;
   for (std::size_t i = 0; i < cells_.size(); ++i) {
-    bool all = true;
-    for (int q = 0; q < 8; ++q) all = all && std::max(next_[i].d_t[q], next_[i].d_c[q]) >= cap_ * (1 - 1e-12);
-    if (all || result_[i].largest_strain > strain_limit) list.push_back(cells_[i]);
+    bool all = result_[i].largest_strain > open_limit && (kept.empty() || !kept[cells_[i]]);
+    for (int q = 0; q < 8 && all; ++q) all = all && std::max(next_[i].d_t[q], next_[i].d_c[q]) >= cap_ * (1 - 1e-12);
+    if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
   }
   return list;
 }

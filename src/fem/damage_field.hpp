@@ -48,8 +48,9 @@ class DamageField {
   /// Adds the forces of all cells that were in before; results are kept for accept().
   void add_forces(const double* u, const double* v, double* f);
   void accept();
-  /// Cells to erode by the last evaluation: all points at the cap, or a principal strain above `strain_limit`.
-  std::vector<int> spent(double strain_limit) const;
+  /// Cells to erode by the last evaluation: a strain (Frobenius norm) above `limit`, or all points at the cap and one above
+  /// `open_limit`; `kept` cells (hosts of bars that hold) only by the first.
+  std::vector<int> spent(double limit, double open_limit, const std::vector<char>& kept) const;
   void remove(int cell);
 
   double stored() const;               // of the last evaluation [J]

@@ -10,7 +10,10 @@
 namespace talus::fem {
 
 namespace {
-constexpr double strain_limit = 0.10;    // principal strain at which a cell is eroded
+constexpr double strain_limit = 0.10;    // strain at which a cell is eroded whatever its damage
+// A cell with all points at the cap has cracked through by about half a millimetre. It still closes and carries pressure, and its bars
+// hold: it is eroded only once the crack stands wide open, and as long as a bar in it holds, not at all.
+constexpr double open_limit = 0.02;
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
 }  // namespace
 
@@ -53,7 +56,12 @@ void FemStructure::remove_node(int n) {
 }
 
 void FemStructure::erode() {
-  const std::vector<int> cells = damage_->spent(strain_limit);
+  std::vector<char> kept;
+  if (bars_) {
+    kept.assign(live_.size(), 0);
+    bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
+  }
+  const std::vector<int> cells = damage_->spent(strain_limit, open_limit, kept);
   if (cells.empty()) return;
   for (int cell : cells) {
     const double energy = damage_->stored(cell);

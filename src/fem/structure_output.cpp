@@ -150,7 +150,7 @@ std::string FemStructure::plan() const {
 void FemStructure::save(std::vector<double>& state) const {
   state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
-                             books_.external_work, books_.contact_work});
+                             books_.external_work, books_.contact_work, books_.algorithmic});
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c) {
       state.push_back(u_[4 * i + c]);
@@ -179,7 +179,7 @@ void FemStructure::restore(std::span<const double> state) {
   lone_steps_ = next();
   books_ = {};
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
-                    &books_.external_work, &books_.contact_work})
+                    &books_.external_work, &books_.contact_work, &books_.algorithmic})
     *p = next();
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c) {

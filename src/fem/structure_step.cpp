@@ -91,7 +91,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
       books_.contact_work += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
     }
-  double damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0;
+  double damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0;
+  const double stored_before = h_last_ == 0 ? stored_now_ : stored_half_;
   const bool loaded = !loads_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (std::size_t node = 0; node < mass_.size(); ++node) {
@@ -104,6 +105,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       kinetic += m * after * after;
       if (inverse_mass_[i] == 0) continue;
       const double mean = 0.5 * (before + after);
+      internal += kick * mean * f_int_[i];
       if (visc) viscous += kick * mean * visc[i];
       if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
       if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[static_cast<int>(i - 4 * node)]);
@@ -113,11 +115,15 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   books_.external_work += external;
   books_.bulk_viscosity_work += viscous;
   stored_half_ = stored_now_ + 0.5 * h * power;
+  if (finite_ || bars_ || bearings_ || damage_)
+    books_.algorithmic += internal - (stored_half_ - stored_before) - (damage_ ? damage_->dissipation() : 0.0) - (bars_ ? bars_->dissipation() : 0.0) -
+                          (bearings_ ? bearings_->dissipation() : 0.0);
   h_last_ = h;
   time_ = t + h;
   kinetic *= 0.5;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
-  if (kinetic > 1e-8 * reference_kinetic_ || !impulses.empty()) still_ = false;
+  // Rounding alone never wakes a structure at rest.
+  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_now_) || !impulses.empty()) still_ = false;
   else if (!still_) still_ = true, still_since_ = time_;
   if (bars_) {
     books_.plastic_work += bars_->dissipation();
@@ -150,7 +156,7 @@ bool FemStructure::quiet() const {
   for (const PatchLoad& load : loads_)
     if (!load.history.empty() && time_ < load.history.back().first) return false;
   if (!still_) return false;
-  if (reference_kinetic_ == 0) return true;
+  if (reference_kinetic_ <= 1e-14 * std::abs(stored_half_)) return true;
   // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps, if that is unknown).
   const double wait = omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_;
   return time_ - still_since_ >= wait;

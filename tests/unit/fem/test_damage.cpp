@@ -1,0 +1,151 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+StructureSpec concrete_bar(int cells) {
+  StructureSpec s;
+  s.name = "bar";
+  s.kind = "box";
+  s.f_cm = 38e6;
+  s.density = 2450;
+  s.size = Vec3(1.0, 0.2, 0.2);
+  s.cells = {cells, 1, 1};
+  s.damage = "concrete";
+  s.rate_effect = false;
+  s.supports.push_back({"-x", "", {}, {true, true, true}});
+  s.integrator = "explicit";
+  return s;
+}
+}  // namespace
+
+TEST(Damage, ElasticStructureKeepsNoHistory) {
+  StructureSpec s = concrete_bar(8);
+  FemStructure bar(s, Vec3::Zero(), silent);
+  std::vector<double> before, after;
+  bar.save(before);
+  for (int i = 0; i < 10; ++i) bar.predict(i * 1e-5, 1e-5), bar.correct(i * 1e-5, 1e-5, {});
+  bar.save(after);
+  EXPECT_EQ(before.size(), after.size());
+  EXPECT_EQ(bar.damage_max(), 0);
+}
+
+TEST(Damage, PullsApartWithTheFractureEnergyOfOneCrack) {
+  // The end is pulled with impulses that set its velocity, slowly: one cell cracks through, whatever the number of cells.
+  for (int cells : {5, 10, 20}) {
+    StructureSpec s = concrete_bar(cells);
+    s.erosion = false;
+    FemStructure bar(s, Vec3::Zero(), silent);
+    std::vector<int> end;
+    double mass = 0;
+    for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
+      if (bar.mesh().nodes[n].x() > 0.499) end.push_back(n), mass += bar.node_mass(n);
+    const double h = bar.critical_step(), speed = 0.02;
+    double t = 0;
+    while (t * speed < 0.9e-3) {
+      bar.predict(t, h);
+      std::vector<NodeImpulse> pull;
+      for (int n : end) pull.push_back({n, bar.node_mass(n) * (Vec3(std::min(1.0, t / 2e-3) * speed, 0, 0) - bar.predicted_velocity(n))});
+      bar.correct(t, h, pull);
+      t += h;
+    }
+    const StructureEnergy e = bar.energy();
+    const double expected = 140.5 * 0.04;  // G_F times the section
+    EXPECT_NEAR(e.damage_work, expected, 0.08 * expected) << cells << " cells";
+    const double residual = e.kinetic + e.elastic + e.damage_work + e.bulk_viscosity_work + e.algorithmic - e.contact_work;
+    EXPECT_NEAR(residual, 0, 1e-9 * e.contact_work) << cells << " cells";
+    EXPECT_LT(std::abs(e.algorithmic), 0.02 * e.contact_work) << cells << " cells";
+    EXPECT_GT(bar.damage_max(), 0.999);
+  }
+}
+
+TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
+  // A bar torn in the middle: what is left plus what came off is what was there.
+  StructureSpec s = concrete_bar(10);
+  s.size = Vec3(1.0, 0.2, 0.2);
+  FemStructure bar(s, Vec3::Zero(), silent);
+  const int nodes = static_cast<int>(bar.mesh().nodes.size());
+  double mass = 0;
+  for (int n = 0; n < nodes; ++n)
+    if (std::isfinite(bar.node_mass(n))) mass += bar.node_mass(n);
+  const double h = bar.critical_step();
+  double t = 0;
+  std::vector<Fragment> fragments;
+  StructureEnergy before;
+  double dust_free = 0;
+  for (int i = 0; i < 4000 && fragments.empty(); ++i) {
+    bar.predict(t, h);
+    std::vector<NodeImpulse> pull;
+    for (int n = 0; n < nodes; ++n)
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+    bar.correct(t, h, pull);
+    t += h;
+    before = bar.energy();
+    dust_free = 0;
+    for (int n = 0; n < nodes; ++n)
+      if (std::isfinite(bar.node_mass(n))) dust_free += bar.node_mass(n);
+    fragments = bar.take_fragments();
+  }
+  ASSERT_FALSE(fragments.empty());
+  const StructureEnergy after = bar.energy();
+  Vec3 momentum = after.linear_momentum, spin = after.angular_momentum;
+  double rest = 0, kinetic = after.kinetic;
+  for (int n = 0; n < nodes; ++n)
+    if (std::isfinite(bar.node_mass(n))) rest += bar.node_mass(n);
+  for (const Fragment& f : fragments) {
+    momentum += f.linear_momentum;
+    spin += f.angular_momentum + f.centroid.cross(f.linear_momentum);
+    rest += f.mass;
+    kinetic += f.kinetic;
+    double volume = 0;
+    for (const auto& tri : f.triangles) volume += f.vertices[tri[0]].dot(f.vertices[tri[1]].cross(f.vertices[tri[2]])) / 6;
+    EXPECT_GT(volume, 0);
+  }
+  EXPECT_NEAR(rest, dust_free, 1e-12 * dust_free);
+  EXPECT_NEAR((momentum - before.linear_momentum).norm(), 0, 1e-12 * before.linear_momentum.norm());
+  EXPECT_NEAR((spin - before.angular_momentum).norm(), 0, 1e-11 * before.angular_momentum.norm());
+  EXPECT_NEAR(kinetic, before.kinetic, 1e-11 * before.kinetic);
+  EXPECT_LT(bar.elements(), 10);
+}
+
+TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
+  StructureSpec s;
+  s.name = "V";
+  s.kind = "viaduct";
+  s.young = 33.55e9;
+  s.poisson = 0.2;
+  s.density = 2450;
+  s.cell_size = 1.0;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"abutments", 1}, {"bearing_seat", 0.1}};
+  FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
+  const auto nodes = bridge.snapshot().nodes;
+  double volume = 0;
+  for (double v : cell_volumes(bridge.mesh())) volume += v;
+  EXPECT_NEAR(bridge.base_force().z(), -2450 * volume * 9.81, 1e-6 * 2450 * volume * 9.81);
+  EXPECT_TRUE(bridge.quiet());
+  EXPECT_TRUE(bridge.take_fragments().empty());
+  const double h = bridge.critical_step();
+  double t = 0, deck = 0;
+  std::vector<Fragment> fallen;
+  for (int i = 0; i < 6000 && fallen.empty(); ++i) {
+    bridge.predict(t, h);
+    std::vector<NodeImpulse> push;
+    deck = 0;
+    for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
+      if (nodes[n].x() > 0.01 && nodes[n].x() < 11.99 && nodes[n].z() > 7.05) push.push_back({n, Vec3(20 * bridge.node_mass(n) * h, 0, 0)}), deck += bridge.node_mass(n);
+    bridge.correct(t, h, push);
+    t += h;
+    if (i % 20 == 0) fallen = bridge.take_fragments();
+  }
+  ASSERT_EQ(fallen.size(), 1u);
+  EXPECT_NEAR(fallen[0].mass, deck, 1e-9 * deck);
+  EXPECT_GT(fallen[0].linear_momentum.x(), 0);
+}
