@@ -103,7 +103,9 @@ std::string roff(std::string text) {
 
 std::string option_name(const CLI::Option& option) {
   std::string name = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
-  if (!option.get_positional() && !option.get_type_name().empty() && option.get_expected_max() > 0) name += " " + (option.get_type_name() == "TEXT" ? std::string("VALUE") : option.get_type_name());
+  // The type's name goes on with the range that is checked.
+  const std::string type = option.get_type_name().substr(0, option.get_type_name().find(':'));
+  if (!option.get_positional() && !type.empty() && option.get_expected_max() > 0) name += " " + (type == "TEXT" ? std::string("VALUE") : type);
   return name;
 }
 
