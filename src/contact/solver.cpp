@@ -107,25 +107,38 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       work.consider(work.trial_p, work.trial_v, outcome.residual);
       return work.best <= tolerance;
     };
-    bool done = attempt(1e-4, std::min(settings.max_newton, system.n <= 48 ? 20 : 8));
+    // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
+    const bool near = system.n <= 48 || work.best <= 1e-4 * settings.velocity_scale;
+    bool done = near && attempt(1e-4, std::min(settings.max_newton, system.n <= 48 ? 20 : 8));
     if (!done) {
       // Cold: the interior point from the warm start, at the distance its residual tells; then from nothing. The Newton
       // method finishes, since the regions are known by then.
       report.tier = 'B';
-      for (int round = 0; round < 3 && !done; ++round) {
+      // Starts: the warm one at three times its residual (fewest iterations over a set of piles); what a few sweeps make of
+      // the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
+      for (int round = 0; round < 5 && !done; ++round) {
+        work.p = work.best_p;
         if (round == 0) {
-          work.p = work.best_p;
-          done = interior(work.p, work.best);
+          done = interior(work.p, 3 * work.best);
+        } else if (round <= 2) {
+          system.velocities(work.p, work.v);
+          sweep(system, work.p, work.v, 20);
+          report.sweeps += 20;
+          system.velocities(work.p, work.v);
+          const double after = system.residual(work.v, work.p);
+          work.consider(work.p, work.v, after);
+          done = work.best <= tolerance || interior(work.p, round == 1 ? after : 0.3 * after);
         } else {
           for (int i = 0; i < nc; ++i) work.p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
           system.velocities(work.p, work.v);
-          done = interior(work.p, system.residual(work.v, work.p) * (round == 1 ? 1 : 10));
+          done = interior(work.p, system.residual(work.v, work.p) * (round == 3 ? 1 : 10));
         }
         work.p = work.best_p;
-        done = done || attempt(1e-4, 20) || attempt(1e-3, 20);
+        if (done || (system.n > 48 && work.best > 1e-3 * settings.velocity_scale)) continue;
+        done = attempt(1e-4, 20) || (system.n <= 48 && attempt(1e-3, 20));
       }
     }
-    for (int round = 0; round < 4 && !done; ++round) {
+    for (int round = 0; round < (system.n <= 48 ? 4 : 1) && !done; ++round) {
       // Many sweeps find regions that a path misses; costly, so only now and then of use.
       report.tier = 'C';
       work.p = work.best_p;
@@ -145,7 +158,8 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       report.tier = 'C';
       work.p = work.best_p;
       work.v = work.best_v;
-      for (int k = 0; k < settings.max_outer && !done; ++k) {
+      const int budget = report.newton + (system.n <= 48 ? 4000 : 200);  // a step that cannot be solved must not hang
+      for (int k = 0; k < settings.max_outer && !done && report.newton < budget; ++k) {
         for (int i = 0; i < nc; ++i) {
           Touch& t = system.touch[i];
           const Vec3 u = system.relative(t, work.v.data()) + t.bias + t.compliance.cwiseProduct(work.p[i]);

@@ -60,7 +60,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
   }
   double best = INFINITY;
   best_ = p_;
-  int stalls = 0;
+  int stalls = 0, blocked = 0;
   // Weight of the flow rule's own coupling in the direction: 0 is Newton on exact Coulomb, fast but now and then blocked; 1 takes the
   // direction of the convex problem with the De Saxce shift held, which is monotone, and moves the shift at each iteration.
   double lag = 0;
@@ -90,7 +90,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
       best = residual;
       best_ = p_;
       stalls = 0;
-    } else if (++stalls > 15) {
+    } else if (++stalls > 15 || blocked >= 3) {  // stuck: the caller starts elsewhere
       break;
     }
     if (best <= options.tolerance || it >= options.max_iterations || !std::isfinite(complementarity)) break;
@@ -222,6 +222,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
         tau = std::max(sigma, 1e-3 * (1 - alpha)) * complementarity;
         continue;
       }
+      blocked = alpha < 0.03 ? blocked + 1 : 0;
       lag = alpha < 0.3 ? std::min(1.0, lag + 0.5) : 0.5 * lag;
       alpha = std::min(1.0, alpha * 0.99);
       for (int k = 0; k < n; ++k) v_[k] += alpha * step_[k];
