@@ -202,7 +202,9 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
       } else if (t.at.gap <= touch_gap) {
-        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_ : 1e-9 * speed_;
+        const double resting = lumped         ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_
+                               : t.persistent ? 1e-4 * speed_
+                                              : 1e-9 * speed_;
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
         else if (t.approach < -resting && lumped)

@@ -159,6 +159,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
       t.shear = found->shear - p.normal * p.normal.dot(found->shear);
       t.stored = found->normal_energy;
       t.broken = found->broken;
+      t.persistent = !found->force.isZero(0);
     }
     switch (t.law->stiffness) {
       case ContactLaw::Stiffness::hard: break;

@@ -40,6 +40,7 @@ struct Touch {
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // spring energy at the start [J]
   bool broken = false;
+  bool persistent = false;       // carried force in the last step
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   // filled by the assembly
   Vec3 normal = Vec3::UnitZ();   // at mid-step
