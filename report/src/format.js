@@ -11,6 +11,7 @@ const plain = new Set(["", "1", "s", "m/s", "m^3", "rad/s", "kg m/s", "kg m^2/s"
 export function number(v, digits = 3) {
   if (v === null || v === undefined || !isFinite(v)) return "–";
   if (v === 0) return "0";
+  if (Number.isInteger(v) && Math.abs(v) < 1e9 && digits > 3) return String(v);
   const a = Math.abs(v);
   if (a >= 1e6 || a < 1e-3) return v.toExponential(digits - 1).replace("e+", "e");
   const decimals = Math.max(0, digits - 1 - Math.floor(Math.log10(a)));

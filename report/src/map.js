@@ -149,6 +149,8 @@ function frame(g, dark) {
   g.moveTo(14, y - 5); g.lineTo(14, y); g.lineTo(14 + length * scale, y); g.lineTo(14 + length * scale, y - 5);
   g.stroke();
   label(g, `${length} m`, 18, y - 7, dark);
+  g.strokeStyle = dark ? "#e8ebef" : "#1d2127";
+  g.lineWidth = 2;
   g.beginPath();
   g.moveTo(width - 20, 38); g.lineTo(width - 20, 16); g.moveTo(width - 25, 22); g.lineTo(width - 20, 14); g.lineTo(width - 15, 22);
   g.stroke();

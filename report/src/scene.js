@@ -353,6 +353,7 @@ export function select(kind, index) {
 const ray = new Raycaster();
 function pick(event, canvas) {
   const r = canvas.getBoundingClientRect();
+  camera.updateMatrixWorld();
   ray.setFromCamera(new Vector2(((event.clientX - r.left) / r.width) * 2 - 1, 1 - ((event.clientY - r.top) / r.height) * 2), camera);
   const targets = bodies.flatMap((b) => b.epochs.map((e) => e.mesh)).filter((m) => m.visible);
   if (batch) { batch.computeBoundingSphere(); targets.push(batch); }
@@ -373,6 +374,7 @@ function pick(event, canvas) {
 // Where a block is on the screen, for tests and labels: [x, y] in page pixels, or null.
 export function onScreen(b, t) {
   if (!camera || !pose(b, t, p)) return null;
+  camera.updateMatrixWorld();
   const r = renderer.domElement.getBoundingClientRect(), q = new Vector3(...p.position).project(camera);
   return q.z > 1 ? null : [((q.x + 1) / 2) * r.width + r.left, ((1 - q.y) / 2) * r.height + r.top];
 }

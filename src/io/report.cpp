@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 namespace talus::io {
 namespace {
 
-using nlohmann::json;
+using json = nlohmann::ordered_json;  // the order of the summary is the order of the page
 
 constexpr std::size_t pose_budget = 6'000'000;        // bytes, before base64
 constexpr std::size_t structure_budget = 4'000'000;   // bytes, all frames of all structures

@@ -215,9 +215,10 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
       if (blocks_[i].velocity.norm() > 0.1) ++moving;
     }
     if (run >= 0)
-      headline.push_back(fmt::format("{} went farthest: {:.1f} m in plan, {:.1f} m down, up to {:.1f} m/s.", header_.blocks[farthest].name, run,
+      headline.push_back(fmt::format("{} went {}{:.1f} m in plan, {:.1f} m down, at up to {:.1f} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", run,
                                      blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
-    headline.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
+    if (blocks_.size() == 1) headline.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
+    else headline.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
   }
   j["headline"] = headline;
   j["hit"] = !impacts_.empty();

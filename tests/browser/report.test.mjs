@@ -63,8 +63,8 @@ const tests = {
       await page.keyboard.press("Escape");
       assert.equal(await page.isVisible("#panel"), false);
 
-      await page.evaluate(() => { window.talus.setTime(3); window.talus.preset("overview", true); });
-      await page.waitForTimeout(300);
+      await page.evaluate(() => { document.getElementById("playback").scrollIntoView({ behavior: "instant" }); window.talus.setTime(3); window.talus.preset("overview", true); });
+      await page.waitForTimeout(800);
       const [x, y] = await page.evaluate(() => window.talus.onScreen(0));
       await page.mouse.click(x, y);
       assert.deepEqual(await page.evaluate(() => window.talus.chosen), { kind: "block", index: 0 });

@@ -1,0 +1,134 @@
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "core/error.hpp"
+#include "io/files.hpp"
+#include "io/report.hpp"
+#include "io/report_parts.hpp"
+#include "scratch.hpp"
+#include "synthetic.hpp"
+
+using namespace talus;
+using talus::test::Scratch;
+using talus::test::SyntheticRun;
+
+TEST(ReportParts, FramesKeepTheEndsAndThickenInTheWindows) {
+  std::vector<double> time;
+  for (int i = 0; i <= 10000; ++i) time.push_back(i * 1e-3);
+  const auto picked = io::pick_frames(time, 300, {{4.0, 4.2}});
+  EXPECT_EQ(picked.front(), 0u);
+  EXPECT_EQ(picked.back(), 10000u);
+  EXPECT_LE(picked.size(), 301u);
+  EXPECT_TRUE(std::is_sorted(picked.begin(), picked.end()));
+  const auto inside = std::count_if(picked.begin(), picked.end(), [](std::size_t i) { return i >= 4000 && i <= 4200; });
+  EXPECT_GT(inside, 60);  // 2 % of the time, at least a fifth of the frames
+}
+
+TEST(ReportParts, ExtremesSurviveDecimation) {
+  std::vector<double> y(100000, 0.0);
+  y[12345] = 7;
+  y[98765] = -3;
+  const auto picked = io::pick_extremes(y.size(), {y}, 500);
+  EXPECT_LE(picked.size(), 600u);
+  EXPECT_TRUE(std::binary_search(picked.begin(), picked.end(), 12345u));
+  EXPECT_TRUE(std::binary_search(picked.begin(), picked.end(), 98765u));
+}
+
+TEST(ReportParts, DecimationKeepsTheRegionAndTheExtent) {
+  io::Mesh mesh;
+  const int n = 301;
+  for (int j = 0; j < n; ++j)
+    for (int i = 0; i < n; ++i) mesh.vertices.emplace_back(i, j, 0.3 * i);
+  for (int j = 0; j + 1 < n; ++j)
+    for (int i = 0; i + 1 < n; ++i) {
+      const int a = j * n + i;
+      mesh.triangles.push_back({a, a + 1, a + n + 1});
+      mesh.triangles.push_back({a, a + n + 1, a + n});
+    }
+  const Box3 region(Vec3(100, 100, 0), Vec3(140, 140, 0));
+  const io::Mesh thin = io::decimate(mesh, region, 30000);
+  EXPECT_LE(thin.triangles.size(), 30000u);
+  EXPECT_GT(thin.triangles.size(), 3000u);
+  // Within the region nothing is merged, and the surface stays the plane that it was.
+  const auto kept = std::count_if(thin.vertices.begin(), thin.vertices.end(), [&](const Vec3& v) { return v.x() >= 100 && v.x() <= 140 && v.y() >= 100 && v.y() <= 140; });
+  EXPECT_GE(kept, 41 * 41);
+  for (const Vec3& v : thin.vertices) EXPECT_NEAR(v.z(), 0.3 * v.x(), 1e-9);
+  const io::Raster r = io::rasterise(mesh, region, 21);
+  EXPECT_EQ(r.nx, 21);
+  for (int i = 0; i < r.nx; ++i) EXPECT_NEAR(r.z[static_cast<std::size_t>(5 * r.nx + i)], 0.3 * (r.x0 + i * r.dx), 1e-5);
+}
+
+TEST(ReportParts, SkinOfABarHasOnlyOuterFacesOutward) {
+  SyntheticRun run;
+  run.cells = {2, 3, 4};
+  const auto s = run.snapshot(0);
+  std::vector<std::int32_t> hexes;
+  for (const auto& h : s.hexes) hexes.insert(hexes.end(), h.begin(), h.end());
+  const io::Skin skin = io::skin(hexes);
+  EXPECT_EQ(skin.quads.size(), 2u * (2 * 3 + 3 * 4 + 2 * 4));
+  double volume = 0;  // by the divergence theorem: right only if every face points outward
+  for (const auto& q : skin.quads) {
+    const auto x = [&](int k) -> Vec3 { return s.nodes[static_cast<std::size_t>(q[static_cast<std::size_t>(k)])] - run.base(); };
+    volume += (x(0).dot(x(1).cross(x(2))) + x(0).dot(x(2).cross(x(3)))) / 6;
+  }
+  EXPECT_NEAR(volume, 2.0 * 2.0 * 12.0, 1e-9);
+}
+
+TEST(ReportParts, FilterHasTheGainOfTwoButterworthPasses) {
+  const double step = 1e-4, cutoff = 300;
+  const auto gain = [&](double f) {
+    std::vector<double> x;
+    for (int i = 0; i < 20000; ++i) x.push_back(std::sin(2 * std::numbers::pi * f * i * step));
+    const auto y = io::low_pass(x, step, cutoff);
+    double peak = 0;
+    for (std::size_t i = 5000; i < 15000; ++i) peak = std::max(peak, std::abs(y[i]));
+    return peak;
+  };
+  // |H|^2 of one pass of second order, warped by the bilinear transform.
+  const auto expected = [&](double f) {
+    const double r = std::tan(std::numbers::pi * f * step) / std::tan(std::numbers::pi * cutoff * step);
+    return 1 / (1 + std::pow(r, 4));
+  };
+  for (const double f : {20.0, 150.0, 300.0, 600.0}) EXPECT_NEAR(gain(f), expected(f), 0.004) << f;
+  const std::vector<double> constant(200, 4.2);
+  for (const double v : io::low_pass(constant, step, cutoff)) EXPECT_NEAR(v, 4.2, 1e-9);
+}
+
+TEST(ReportParts, Base64OfTheStandard) {
+  EXPECT_EQ(io::base64(""), "");
+  EXPECT_EQ(io::base64("f"), "Zg==");
+  EXPECT_EQ(io::base64("fo"), "Zm8=");
+  EXPECT_EQ(io::base64("foobar"), "Zm9vYmFy");
+}
+
+TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  run.end = 6;
+  auto header = run.header();
+  header.title = "</script><script>alert(1)</script> & \"quotes\" %%TALUS_DATA%%";
+  header.blocks[0].name = "<img src=x onerror=alert(2)>";
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, header);
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.finish({});
+  }
+  const std::string page = io::read_file(io::write_report(options.directory));
+  EXPECT_EQ(page.find("<script>alert(1)"), std::string::npos);
+  EXPECT_EQ(page.find("<img src=x"), std::string::npos);
+  EXPECT_EQ(page.find("<script src"), std::string::npos);
+  EXPECT_EQ(page.find("<link rel=\"stylesheet"), std::string::npos);
+  EXPECT_NE(page.find("\\u003cimg src=x"), std::string::npos);
+}
+
+TEST(Report, NeedsResults) {
+  const Scratch scratch;
+  EXPECT_THROW(io::write_report(scratch.path), InputError);
+  EXPECT_THROW(io::write_report(scratch.path / "nowhere"), InputError);
+}
