@@ -97,6 +97,17 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
     if (region.isEmpty()) bad(spec, "load.region", text(given.region), "min must not exceed max", "exchange them");
     region.min().array() -= tolerance;
     region.max().array() += tolerance;
+    // A box that is thin along one axis means the faces across that axis, not the slivers of their neighbours that it cuts.
+    int thin = -1;
+    {
+      const Vec3 extent = given.region.sizes();
+      int least = 0;
+      const double smallest = extent.minCoeff(&least);
+      double second = INFINITY;
+      for (int i = 0; i < 3; ++i)
+        if (i != least) second = std::min(second, extent[i]);
+      if (smallest < 0.2 * second) thin = least;
+    }
     PatchLoad load;
     load.history = given.history;
     for (std::size_t i = 1; i < load.history.size(); ++i)
@@ -107,6 +118,10 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
       Box3 face;
       for (int n : quad.node) face.extend(mesh.nodes[n]);
       if (!region.intersects(face)) continue;
+      if (thin >= 0) {
+        const Vec3 normal = (mesh.nodes[quad.node[2]] - mesh.nodes[quad.node[0]]).cross(mesh.nodes[quad.node[3]] - mesh.nodes[quad.node[1]]).normalized();
+        if (std::abs(normal[thin]) < 0.7) continue;
+      }
       // Midpoint rule on the bilinear face: 2 x 2 Gauss points when it lies inside, a fine grid when it is cut.
       const bool inside = region.contains(face);
       const int cuts = inside ? 2 : 40;

@@ -79,7 +79,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
   if (!damage_ && !bearings_) return {};
   // Only when cracks or bearings changed: count what may cut.
   const auto count = [&] {
-    long cuts = breaks_;
+    long cuts = breaks_ * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
     if (damage_)
       for (int cell : damage_->cells()) cuts += damage_->tension_least(cell) > cut_damage ? 1 : 0;
     if (bearings_)
