@@ -96,9 +96,11 @@ bool IslandStepper::has_closed() const {
 }
 
 double IslandStepper::impact_speed(const Touch& t) const {
-  // Slower than this a touch is resting contact, not an impact, and restitution is nil.
-  // A touch that carried force in the last step moves at its normal only by what the step's own error leaves.
-  return (t.persistent ? 1e-4 : t.law->restitution ? 1e-10 : 1e-9) * speed_;
+  // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last
+  // step moves at its normal only by what the step's own error leaves; a bounce too low for the accuracy asked for is none.
+  if (t.persistent) return 1e-4 * speed_;
+  if (!t.law->restitution) return 1e-9 * speed_;
+  return std::max(1e-10 * speed_, 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
 void IslandStepper::save() {

@@ -104,7 +104,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       a_end += h * weight * v_hat;
       const double mass = part.structure->node_mass(node);
       u_ref -= weight * (t.frame.transpose() * v_hat);
-      if (!std::isfinite(mass)) continue;
+      if (!std::isfinite(mass) || mass <= 0) continue;   // held, or dust
       int body = -1;
       for (std::size_t k = 0; k < nodes_.size(); ++k)
         if (nodes_[k].structure == t.a.index && nodes_[k].node == node) body = static_cast<int>(k);

@@ -125,6 +125,7 @@ LedgerRow World::ledger() {
       l.strain += e.elastic;
       l.damping_work += e.damping_work + e.bulk_viscosity_work;
       l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
+      l.algorithmic += e.algorithmic;
       l.external_work += e.external_work;
       l.linear_momentum += e.linear_momentum;
       l.angular_momentum += e.angular_momentum;
