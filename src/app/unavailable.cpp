@@ -14,6 +14,5 @@ namespace {
 }  // namespace
 
 int command_capacity(const Options&) { unavailable("capacity"); }
-int command_verify(const Options&) { unavailable("verify"); }
 
 }  // namespace talus::app

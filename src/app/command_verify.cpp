@@ -1,0 +1,46 @@
+// talus verify: the suites, a line per comparison, verify.json and plots.
+#include <cstdio>
+
+#include <fmt/format.h>
+
+#include "app/commands.hpp"
+#include "core/error.hpp"
+#include "verify/suite.hpp"
+
+namespace talus::app {
+
+int command_verify(const Options& options) {
+  // SUITE or SUITE/CASE.
+  std::string suite = options.input, only;
+  if (const auto slash = suite.find('/'); slash != std::string::npos) {
+    only = suite.substr(slash + 1);
+    suite.resize(slash);
+  }
+  bool known = suite.empty();
+  for (const char* name : {"dda", "fem", "coupling", "stability"}) known = known || suite == name;
+  bool found = only.empty();
+  for (const verify::Case& c : verify::all_cases()) found = found || (c.suite == suite && c.id == only);
+  if (!known || !found) {
+    Problem problem;
+    problem.key = "SUITE";
+    problem.value = options.input;
+    problem.rule = known ? "names no case of its suite" : "must be dda, fem, coupling or stability, or SUITE/CASE";
+    problem.remedy = "leave it out to run all";
+    throw InputError(problem);
+  }
+  fmt::print("{:<7} {:<6} {:<24} {:<44} {:>14} {:>14} {:>9} {:>8} {:>8}\n", "", "case", "method", "quantity", "expected", "measured", "error", "allowed", "CPU s");
+  const verify::Report report = verify::run_suites(suite, options.quick, [](const verify::CaseResult& r) {
+    fmt::print("{}\n", verify::table_line(r));
+    std::fflush(stdout);
+  }, only);
+  int passed = 0, fell_short = 0, absent = 0, compared = 0;
+  for (const verify::CaseResult& r : report.results) ++(!r.available ? absent : r.passed ? passed : r.judged ? fell_short : compared);
+  fmt::print("{} passed, {} fell short, {} not available, {} shown for comparison\n", passed, fell_short, absent, compared);
+  if (!options.output.empty()) {
+    verify::write_report(report, options.output);
+    fmt::print("wrote {}/verify.json and {}\n", options.output, report.curves.empty() ? "no plots" : "its plots");
+  }
+  return report.passed() ? 0 : 1;
+}
+
+}  // namespace talus::app
