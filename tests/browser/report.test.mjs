@@ -92,14 +92,17 @@ const tests = {
       assert.ok(png.length > 5000, "the picture shows something");
 
       // Every plot gets drawn when it comes into sight.
-      await page.evaluate(async () => { for (let y = 0; y < document.body.scrollHeight; y += 500) { scrollTo({ top: y, behavior: "instant" }); await new Promise((r) => setTimeout(r, 60)); } });
+      for (const figure of await page.locator("#plots figure, #site figure:not(.wide-map)").all()) {
+        await figure.evaluate((f) => f.scrollIntoView({ block: "center", behavior: "instant" }));
+        await figure.locator(".uplot").waitFor({ timeout: 20000 });
+      }
       const figures = await page.locator("#plots figure").count();
       assert.ok(figures >= 7, `${figures} plots`);
       assert.equal(await page.locator("#plots .uplot").count(), figures);
       assert.ok((await page.locator("#tables table").count()) >= 6);
       await shot(page, "one-light-full", { fullPage: true });
       await page.evaluate(() => { window.copied = ""; Object.defineProperty(navigator, "clipboard", { value: { writeText: async (t) => { window.copied = t; } }, configurable: true }); });
-      await page.locator(".table", { hasText: "Impacts" }).locator("button.copy").click();
+      await page.locator(".table", { hasText: "forces are means" }).locator("button.copy").click();
       const copied = await page.evaluate(() => window.copied);
       assert.equal(copied.split("\n").length, 2);
       assert.equal(copied.split("\n")[0].split("\t").length, copied.split("\n")[1].split("\t").length);
