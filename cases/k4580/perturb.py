@@ -1,0 +1,50 @@
+#!/usr/bin/env python3
+"""Perturbed releases of the boulder: shifted up the source plane and across by up to 0.2 m, with a push of up to 0.02 m/s across.
+
+usage: perturb.py TALUS NUMBER DIR [SECONDS]     (writes DIR/<slope>-<n>, prints d, t and ts of each and the spread)
+"""
+import math
+import random
+import re
+import subprocess
+import sys
+
+import numpy as np
+
+sys.path.insert(0, __file__.rsplit("/", 1)[0] if "/" in __file__ else ".")
+from evaluate import KINDS, follow, read            # noqa: E402
+from make_k4580 import HERE, J1, normal             # noqa: E402
+
+
+def main():
+    talus, number, where = sys.argv[1], int(sys.argv[2]), sys.argv[3]
+    seconds = sys.argv[4] if len(sys.argv) > 4 else "38"
+    n = normal(J1)
+    table = {k: [] for k in KINDS}
+    for i in range(number):
+        rng = random.Random(i + 1)                  # the same releases on every slope
+        up, across, push = rng.uniform(0, 0.2), rng.uniform(-0.2, 0.2), rng.uniform(-0.02, 0.02)
+        for kind in KINDS:
+            scene = f"{HERE}/../k4580-boulder/{kind}.toml"
+            text = open(scene).read()
+            p = [float(c) for c in re.search(r'vertices.*\nposition = \[(.*)\]', text).group(1).split(",")]
+            x, y = p[0] + across, p[1] - up
+            z = p[2] - (n[0] * across - n[1] * up) / n[2]       # along the source plane
+            out = f"{where}/{kind}-{i + 1}"
+            subprocess.run([talus, "run", scene, "-o", out, "--set", f"simulation.duration={seconds} s", "--set", f"block.boulder.position=[{x!r},{y!r},{z!r}]",
+                            "--set", f"block.boulder.velocity=[{push!r},0,{-n[0] / n[2] * push!r}]", "--set", "output.report=false", "--set", "output.interval=1 s"],
+                           check=True, stdout=subprocess.DEVNULL)
+            data = read(out)
+            row = follow(data, data["names"].index("boulder"))
+            table[kind].append((row["d"], row["t"] if row["t"] is not None else math.nan, row["ts"]))
+            print(f"{kind} {i + 1}: d {row['d']:.2f} m, t {row['t']} s, ts {row['ts']:.2f} s{', still moving' if row['still_moving'] else ''}", flush=True)
+    for k, name in enumerate(("d", "t", "ts")):
+        for kind in KINDS:
+            v = np.array([r[k] for r in table[kind]])
+            print(f"{name} {kind}: mean {np.nanmean(v):.2f}, standard deviation {np.nanstd(v):.2f}, least {np.nanmin(v):.2f}, largest {np.nanmax(v):.2f}")
+        both = [table["before"][i][k] > table["shallow"][i][k] > table["deep"][i][k] for i in range(number)]
+        print(f"{name}: before > shallow > deep in {sum(both)} of {number} releases")
+
+
+if __name__ == "__main__":
+    main()
