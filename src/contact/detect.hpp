@@ -57,6 +57,8 @@ class SurfaceIndex {
   bool overlaps(const Box3& box) const;
   /// Height of the surface's uppermost point above (x, y); NaN outside. For terrain.
   double height(double x, double y) const;
+  /// The triangle nearest to a point on (or next to) the surface, the lowest index of several.
+  int triangle_at(const Vec3& x) const;
 
   struct Impl;
   const Impl& impl() const { return *impl_; }

@@ -120,6 +120,36 @@ bool SurfaceIndex::overlaps(const Box3& box) const {
       [&](int t) { return !s.triangle_box(t).intersects(box); });
 }
 
+int SurfaceIndex::triangle_at(const Vec3& x) const {
+  const Impl& s = *impl_;
+  const auto distance_sq = [&](int t) {
+    const auto& v = s.surface.triangles[static_cast<std::size_t>(t)];
+    const Vec3 &a = s.surface.vertices[v[0]], &b = s.surface.vertices[v[1]], &c = s.surface.vertices[v[2]];
+    const Vec3 n = (b - a).cross(c - a);
+    Vec3 l(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x)));
+    l = (l / n.squaredNorm()).cwiseMax(0.0);
+    l /= l.sum();
+    return (l[0] * a + l[1] * b + l[2] * c - x).squaredNorm();
+  };
+  int best = -1;
+  double nearest = std::numeric_limits<double>::infinity();
+  double size = 1e-3 * bounds().sizes().norm();
+  for (int attempt = 0; attempt < 60 && best < 0; ++attempt, size *= 2) {
+    const Box3 box(x.array() - size, x.array() + size);
+    s.tree.traverse(
+        [&](const Vec3& lo, const Vec3& hi) {
+          return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all();
+        },
+        [&](int t) {
+          if (!s.triangle_box(t).intersects(box)) return true;
+          const double d = distance_sq(t);
+          if (d < nearest * (1 - 1e-9) || (d <= nearest * (1 + 1e-9) && t < best)) nearest = d, best = t;
+          return true;
+        });
+  }
+  return best;
+}
+
 double SurfaceIndex::height(double x, double y) const {
   const Impl& s = *impl_;
   double best = std::numeric_limits<double>::quiet_NaN();

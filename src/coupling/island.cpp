@@ -103,6 +103,11 @@ double IslandStepper::impact_speed(const Touch& t) const {
   return std::max(1e-10 * speed_, 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_));
 }
 
+Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
+  const Vec3 u = point_velocity(state_, t.b, x) - partner_velocity(state_, env_, t.a, t.at);
+  return u - t.at.normal * t.at.normal.dot(u);
+}
+
 void IslandStepper::save() {
   saved_.clear();
   for (const Body& b : bodies_) {
@@ -411,6 +416,12 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     const int passes = lumped || !closed ? 1 : 3;
     save();
     const Ledger before = report_.ledger;
+    // Sliding that stops within the step: the step is cut so that it ends there, else the trapezoid would slide on to its end.
+    std::vector<Vec3> slip_before;
+    int stopping = -1;
+    bool stop_located = false;
+    if (!lumped && closed && settings_.fixed_step <= 0)
+      for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
       step_length_ = h;
       if (with_structure)
@@ -430,6 +441,40 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         continue;
       }
       if (!lumped && settings_.fixed_step <= 0 && closed) {
+        if (!stop_located && h > 10 * settings_.min_step) {
+          int stopped = -1;
+          double longest = limit * length_;   // what sliding on would add at most
+          for (std::size_t i = 0; i < touches_.size(); ++i) {
+            const Touch& touch = touches_[i];
+            if (touch.row < 0 || touch.mode != Mode::closed || !(touch.impulse[0] > 0)) continue;
+            const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
+            const bool sticks = touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
+            const double path = 0.5 * h * slip_before[i].norm();
+            if (!sticks || path <= longest) continue;
+            longest = path;
+            stopped = static_cast<int>(i);
+          }
+          if (stopped >= 0) {
+            stopping = stopped;
+            restore();
+            h *= 0.5;
+            continue;
+          }
+          if (stopping >= 0) {
+            // Slides to the end of this shorter step: friction takes its speed at a steady rate.
+            stop_located = true;
+            const Touch& touch = touches_[static_cast<std::size_t>(stopping)];
+            const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(touch.b)])];
+            const Vec3 from = slip_before[static_cast<std::size_t>(stopping)];
+            const Pose now = dda::pose(state_, touch.b);
+            const double left = slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) / from.squaredNorm();
+            if (left > 0.05 && left < 1) {
+              restore();
+              h /= 1 - left;
+              continue;
+            }
+          }
+        }
         const double grow = o.error > 0 ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.3, 2.0) : 2.0;
         suggested_ = h * grow;
       }

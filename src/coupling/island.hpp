@@ -63,6 +63,7 @@ class IslandStepper {
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
   double impact_speed(const Touch& touch) const;
+  Vec3 slip(const Touch& touch, const Vec3& at) const;
 
   bool impact_stage();
   Outcome smooth(double h, bool lumped, int passes);

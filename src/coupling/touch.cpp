@@ -64,7 +64,7 @@ Vec3 partner_velocity(const dda::State& s, const Environment& env, const Partner
   if (a.kind == Partner::Kind::block) return point_velocity(s, a.index, at.point_a);
   if (a.kind == Partner::Kind::structure) {
     const StructurePart& part = env.structures[static_cast<std::size_t>(a.index)];
-    if (part.fixed_surface || at.face_a < 0) return Vec3::Zero();
+    if (part.fixed_surface) return Vec3::Zero();
     const SurfaceWeights w = surface_weights(part.index->surface(), at.face_a, at.point_a);
     Vec3 v = Vec3::Zero();
     for (int i = 0; i < w.count; ++i)
@@ -135,8 +135,18 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
   }
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
-  for (const contact::ContactPoint& p : points) {
+  // Edges and vertices of a surface name no triangle: nodes and materials are those of the triangle that holds the point.
+  const contact::SurfaceIndex* index = nullptr;
+  if (pair.a.kind == Partner::Kind::structure) index = env.structures[static_cast<std::size_t>(pair.a.index)].index.get();
+  if (pair.a.kind == Partner::Kind::terrain && !env.terrain->surface().material.empty()) index = env.terrain.get();
+  for (contact::ContactPoint& p : points) {
+    bool on_edge = false;
+    if (index != nullptr && p.face_a < 0) {
+      p.face_a = index->triangle_at(p.point_a);
+      on_edge = true;
+    }
     Touch t;
+    t.on_edge = on_edge;
     t.a = pair.a;
     t.b = pair.b;
     t.at = p;

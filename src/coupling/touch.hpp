@@ -40,6 +40,7 @@ struct Touch {
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // spring energy at the start [J]
   bool broken = false;
+  bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   // filled by the assembly
