@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Cuts the case's terrain out of the full grid: rows 320 to 394 and columns 320 to 404, unchanged heights.
+"""Cuts the case's terrain out of the full grid: rows 306 to 384 and columns 306 to 394, unchanged heights.
 
 usage: make_terrain.py tirol-hit-5m.asc terrain.asc
 The full grid is data of Land Tirol (data.tirol.gv.at, CC BY 4.0), as carried by the AvaFrame project.
 """
 import sys
 
-ROWS, COLUMNS = range(320, 395), range(320, 405)
+ROWS, COLUMNS = range(306, 385), range(306, 395)
 source, target = sys.argv[1:3]
 with open(source) as f:
     header = dict(f.readline().split() for _ in range(6))
