@@ -55,18 +55,18 @@ void limit_slope(CaseRun& c) {
 }
 
 void sliding_stop(CaseRun& c) {
-  const Method m = Method::by_accuracy(1e-3);
+  const Method m = Method::by_accuracy(1e-9);
   c.method(m);
   const double v = 3, mu = 0.4, t = v / (mu * g);
   SceneText s(m, 1.2 * t);
-  s.history(0.01 * t).material("rock", 2600).interface("rock", "ground", mu).plane(Vec3::UnitZ()).box("B", Vec3(1, 1, 0.2), Vec3(0, 0, 0.1), velocity(Vec3(v, 0, 0)));
+  s.history(0.015 * t).material("rock", 2600).interface("rock", "ground", mu).plane(Vec3::UnitZ()).box("B", Vec3(1, 1, 0.2), Vec3(0, 0, 0.1), velocity(Vec3(v, 0, 0)));
   const Outcome o = c.run(s.str());
   c.relative("path to rest", "s = v^2 / (2 mu g)", v * v / (2 * mu * g), o.last().position[0].x(), 1e-8);
   // Time of stopping from momentum: the impulse of friction until rest is m v; its rate while sliding is mu m g.
-  const std::size_t k = 60;
+  const std::size_t k = 40;
   const double stop = o.rows[k].time + o.rows[k].velocity[0].x() * o.rows[k].time / (v - o.rows[k].velocity[0].x());
   c.relative("time to rest, extrapolated from 0.6 of it", "t = v / (mu g)", t, stop, 1e-8);
-  c.absolute("velocity after it", "0", 0, o.rows[102].velocity[0].norm(), 1e-9);
+  c.absolute("velocity after it", "0", 0, o.rows[70].velocity[0].norm(), 1e-9);
 }
 
 /// Velocity of the block's toe after a moment from rest.
@@ -127,15 +127,17 @@ void wedge(CaseRun& c) {
   double low = 33, high = 34;
   while (high - low > 1e-7) {
     const double phi = 0.5 * (low + high);
-    const Outcome o = c.run(w.text(m, phi * deg, 0.01));
-    (w.line.dot(o.last().velocity[0]) > 1e-11 ? low : high) = phi;
+    // Sliding slowly: at rest friction across the line can hold the wedge below this angle too, both are states of Coulomb's law.
+    const Outcome o = c.run(w.text(m, phi * deg, 0.01, 0.01));
+    (w.line.dot(o.last().velocity[0]) > 0.01 ? low : high) = phi;
   }
-  c.absolute("critical phi [deg]", "33.357221", 33.357221, 0.5 * (low + high), 1e-6);
+  CaseResult& r = c.absolute("critical phi [deg]", "33.357221", 33.357221, 0.5 * (low + high), 1e-6);
+  r.note = "speeds up below, slows down above";
 }
 
 void newmark_pulse(CaseRun& c) {
   // In the base's frame: its acceleration is a second gravity while the pulse lasts, none after.
-  const Method m = Method::by_accuracy(1e-3);
+  const Method m = Method::by_accuracy(1e-9);
   c.method(m);
   const double A = 0.5, N = 0.2, t0 = 0.4, V = A * g * t0;
   const auto text = [&](const Vec3& gravity, double duration, const Vec3& x, const Vec3& v) {
@@ -154,7 +156,7 @@ void shaking_table(CaseRun& c) {
   const double amplitude = 0.5 * g, omega = 4 * std::numbers::pi, mu = 0.3, end = 2;
   const double expected = shaken_block_slip(amplitude, omega, mu * g, end);
   double last = 0;
-  for (const double dt : {1e-3, 2.5e-4}) {
+  for (const double dt : {2e-4, 5e-5}) {
     const Method m = Method::by_accuracy(1e-3);
     c.method(m);
     SceneText s(m, end);
@@ -170,7 +172,7 @@ void shaking_table(CaseRun& c) {
     }
     const double slip = system.state().blocks.c[0].x();
     const double error = std::abs(slip - expected);
-    CaseResult& r = c.relative(fmt::format("slip at 2 s, table followed each {:g} s", dt), "piecewise closed form, switching times by bisection", expected, slip, dt < 5e-4 ? 1e-6 : 1e-4);
+    CaseResult& r = c.relative(fmt::format("slip at 2 s, table followed each {:g} s", dt), "piecewise closed form, switching times by bisection", expected, slip, dt < 1e-4 ? 1e-6 : 1e-4);
     r.note = "frame of the table: gravity set between steps";
     if (last > 0) r.order = std::log(last / error) / std::log(4.0);
     last = error;
@@ -184,7 +186,7 @@ void cohesion(CaseRun& c) {
   double low = 0.9 * limit, high = 1.1 * limit;
   while (high - low > 1e-8 * limit) {
     const double pull = 0.5 * (low + high);
-    SceneText s(m, 1e-2, Vec3(pull / mass, 0, -g));
+    SceneText s(m, 1e-2, Vec3(pull / mass, 0, -g), "sleeping = false\n");
     s.material("rock", 2600).interface("rock", "ground", mu, "cohesion = \"5 kPa\"\nnormal_stiffness = \"hard\"").plane(Vec3::UnitZ()).box("B", Vec3(1, 1, 0.2), Vec3(0, 0, 0.1));
     const Outcome o = c.run(s.str());
     (o.last().velocity[0].x() > 1e-9 ? high : low) = pull;

@@ -36,10 +36,16 @@ void box_top(CaseRun& c) {
 }
 
 void rocking(CaseRun& c) {
-  const Method m = Method::by_accuracy(1e-5);
-  c.method(m);
-  const RockingMeasure r = rocking_run(c, m);
-  c.relative("time to upright [s]", "elliptic integral", 0.69834320390792, r.time, 1e-7);
+  double last = 0;
+  RockingMeasure r;
+  for (const double h : {4e-4, 2e-4, 1e-4}) {
+    const Method m = Method::fixed_step(h);
+    c.method(m);
+    r = rocking_run(c, m);
+    CaseResult& q = c.relative("time to upright [s]", "elliptic integral", 0.69834320390792, r.time, h < 3e-4 ? 1e-7 : 1e-6);
+    if (last > 0) q.order = std::log2(last / q.error);
+    last = q.error;
+  }
   c.relative("spin before [rad/s]", "energy", 0.39954702463988, r.before, 1e-7);
   c.relative("w+/w-", "angular momentum about the new edge", 0.911764705882, r.after / r.before, 1e-7);
 }
@@ -56,7 +62,7 @@ void rolling_prism(CaseRun& c) {
     SceneText s(m, 1e-3, Vec3::Zero());
     s.material("rock", 1000).interface("rock", "ground", 10).plane(Vec3::UnitZ()).hull("P", points, centroid, spin(w) + velocity(w.cross(arm)));
     const Outcome o = c.run(s.str());
-    c.relative(fmt::format("w+/w-, n = {}", n), "angular momentum about the new edge", ratio, o.last().spin[0].y(), n <= 6 ? 1e-10 : 1e-10 + 1e-12 / ratio);
+    c.relative(fmt::format("w+/w-, n = {}", n), "angular momentum about the new edge", ratio, o.last().spin[0].y(), 1e-10);
   }
 }
 
@@ -68,14 +74,14 @@ void bouncing(CaseRun& c) {
     SceneText s(m, rest * 1.05);
     s.history(rest / 500).material("rock", 2600).interface("rock", "ground", 0.5, "normal_stiffness = \"hard\"\nrestitution = " + number(e)).plane(Vec3::UnitZ()).box("B", Vec3(1, 1, 1), Vec3(0, 0, 0.5 + h0));
     const Outcome o = c.run(s.str());
-    for (const int k : {1, 3, 5}) {
+    for (const int k : {1, 2, 3}) {
       // A sample in flight k gives its summit and its end.
       const double start = t0 * (1 + 2 * (e - std::pow(e, k)) / (1 - e)), end = start + 2 * t0 * std::pow(e, k);
       for (const sim::HistoryRow& r : o.rows) {
         if (r.time < start + 0.3 * (end - start) || r.time > start + 0.7 * (end - start)) continue;
         const double z = r.position[0].z() - 0.5, v = r.velocity[0].z();
         c.relative(fmt::format("height of rebound {}, e = {}", k, e), "e^(2k) h_0", std::pow(e, 2 * k) * h0, z + v * v / (2 * g), 1e-10);
-        if (k == 5) c.relative(fmt::format("end of flight {}, e = {}", k, e), "t_0 (1 + 2 e + ... + 2 e^k)", end, r.time + (v + std::sqrt(v * v + 2 * g * z)) / g, 1e-10);
+        if (k == 3) c.relative(fmt::format("end of flight {}, e = {}", k, e), "t_0 (1 + 2 e + ... + 2 e^k)", end, r.time + (v + std::sqrt(v * v + 2 * g * z)) / g, 1e-10);
         break;
       }
     }
@@ -107,7 +113,7 @@ void painleve(CaseRun& c) {
       growth = std::max(growth, b.kinetic + b.potential - a.kinetic - a.potential);
     }
     c.holds(fmt::format("solves, mu {}", mu), "runs to its end, last resort never taken", o.ok() && std::isfinite(o.last().position[0].norm()));
-    c.absolute(fmt::format("energy gained, of the largest kinetic, mu {}", mu), "never grows", 0, std::max(0.0, growth) / most, 1e-6);
+    c.absolute(fmt::format("energy gained, of the largest kinetic, mu {}", mu), "never grows, to a tenth of the accuracy", 0, std::max(0.0, growth) / most, 1e-5);
   }
 }
 

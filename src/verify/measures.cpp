@@ -21,7 +21,7 @@ WedgeScene::WedgeScene() : normal_a(upward_normal(130 * deg, 40 * deg)), normal_
   if (line.z() > 0) line = -line;
 }
 
-std::string WedgeScene::text(const Method& m, double phi, double duration) const {
+std::string WedgeScene::text(const Method& m, double phi, double duration, double speed) const {
   // One edge on the line, one more corner on each plane, upwards and outwards.
   Vec3 up_a = normal_a.cross(line), up_b = normal_b.cross(line);
   if (up_a.dot(normal_b) < 0) up_a = -up_a;
@@ -31,7 +31,7 @@ std::string WedgeScene::text(const Method& m, double phi, double duration) const
   for (const Vec3& x : corners) centroid += 0.25 * x;
   SceneText s(m, duration);
   s.material("rock", 2600, "young = \"30 GPa\"\npoisson = 0.25").interface("rock", "ground", std::tan(phi));
-  s.plane(normal_a).plane(normal_b).hull("W", corners, centroid);
+  s.plane(normal_a).plane(normal_b).hull("W", corners, centroid, velocity(speed * line));
   return s.str();
 }
 

@@ -11,7 +11,7 @@ namespace talus::verify {
 struct WedgeScene {
   Vec3 normal_a, normal_b, line;   // upward normals; line of intersection, downwards
   WedgeScene();
-  std::string text(const Method& m, double phi, double duration) const;
+  std::string text(const Method& m, double phi, double duration, double speed = 0) const;
 };
 
 /// Displacement of a block against a table with acceleration a sin(w t) after `end`, both at rest at first; friction mu g.
@@ -19,7 +19,7 @@ double shaken_block_slip(double amplitude, double omega, double friction, double
 
 /// Spin in body axes of block 0.
 Vec3 body_spin(const sim::HistoryRow& r);
-/// Angle about -y... of a body turned about y [rad], from its quaternion.
+/// Angle of block 0, turned about y [rad], from its quaternion.
 double turn_about_y(const sim::HistoryRow& r);
 
 /// Corners of a regular prism along y that lies on a face, its centroid above x = 0.

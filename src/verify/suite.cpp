@@ -175,6 +175,7 @@ std::string table_line(const CaseResult& r) {
   const char* verdict = !r.available ? "absent" : r.passed ? "pass" : r.judged ? "SHORT" : "differs";
   std::string line = fmt::format("{:<7} {:<6} {:<24} {:<44} {:>14.8g} {:>14.8g} {:>9.2e} {:>8.1e} {:>8.3f}", verdict, r.id, r.method, r.quantity.substr(0, 44), r.expected, r.measured, r.error, r.tolerance, r.cpu);
   if (r.order) line += fmt::format("  order {:.2f}", *r.order);
+  if (r.tiers.e > 0 && r.judged) line += fmt::format("  last resort taken {} times", r.tiers.e);
   if (!r.note.empty()) line += "  " + r.note.substr(0, 400);
   return line;
 }
