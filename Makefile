@@ -26,6 +26,18 @@ test: setup build
 
 demo: setup build
 	@$(BUILD)/talus run cases/tirol-pier/scene.toml -o results/tirol-pier
+	@echo "Open results/tirol-pier/report.html in a browser."
+
+cases: build
+	@cases/run_all.sh
+
+bench: build
+	@bench/run.sh
+
+docs: build
+	@$(BUILD)/talus explain --all --markdown > docs/scene.md
+	@$(BUILD)/talus --man > docs/talus.1
+	@$(BUILD)/talus verify -o docs/results
 
 clean:
 	rm -rf build
