@@ -132,7 +132,7 @@ def write_obj(path, points, faces, text):
     with open(path, "w") as f:
         f.write(f"# {text}; written by make_k4580.py\n")
         for p in points:
-            f.write("v " + " ".join(f"{c:.9f}" for c in p) + "\n")
+            f.write("v " + " ".join(f"{c!r}" for c in p) + "\n")
         for face in faces:
             f.write("f " + " ".join(str(i + 1) for i in face) + "\n")
 
@@ -256,14 +256,14 @@ TITLES = {"before": "before the landslide", "shallow": "after the shallow landsl
 NOTE = "# Written by ../k4580/make_k4580.py; assumptions in ../k4580/README.md.\n"
 
 
-def head(title, duration, interval):
+def head(title, duration, interval, accuracy=0.01):
     return f"""{NOTE}schema = 1
 title = "{title}"
 
 [simulation]
 duration = "{duration:g} s"
 gravity = [0.0, 0.0, -9.8]
-accuracy = 1e-2
+accuracy = {accuracy:g}
 
 [output]
 interval = "{interval:g} s"
@@ -290,14 +290,14 @@ density = {DENSITY:g}
 """
 
 
-def law(a, b):
+def law(a, b, restitution=RESTITUTION):
+    bounce = f"restitution = {restitution:g}\n" if restitution > 0 else ""
     return f"""
 [[interface]]
 between = ["{a}", "{b}"]
 friction = "{FRICTION:g} deg"
 normal_stiffness = "hard"
-restitution = {RESTITUTION:g}
-"""
+{bounce}"""
 
 
 def rigid_viaduct(kind):
@@ -420,8 +420,8 @@ def main():
     for kind in SLOPES:
         laws = law("rock", "slope") + law("rock", "concrete")
         write(f"../k4580-boulder/{kind}.toml", head(f"K4580 boulder, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + laws + boulder_block() + rigid_viaduct(kind))
-        write(f"../k4580-rock-mass/{kind}.toml", head(f"K4580 rock mass, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + law("rock", "rock") + laws + rigid_viaduct(kind) + rock_mass())
-        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 20, 0.1) + site(kind) + MATERIALS + law("rock", "slope") + law("rock", "C40") + boulder_block() + structure_viaduct(kind, 4, 0.5))
+        write(f"../k4580-rock-mass/{kind}.toml", head(f"K4580 rock mass, {TITLES[kind]}", 38, 0.1, 0.05) + site(kind) + MATERIALS + law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "concrete", 0) + rigid_viaduct(kind) + rock_mass())
+        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 20, 0.1) + site(kind) + MATERIALS + law("rock", "slope") + law("rock", "C40") + law("C40", "C40") + law("C40", "slope") + boulder_block() + structure_viaduct(kind, 4, 0.5))
 
 
 if __name__ == "__main__":

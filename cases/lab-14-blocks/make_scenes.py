@@ -36,7 +36,7 @@ schema = 1
 title = "14 aluminium blocks, reading {reading}, slope {angle} degrees"
 
 [simulation]
-duration = "1 s"
+duration = "0.3 s"
 gravity = [0.0, 0.0, -9.8]
 accuracy = 1e-2
 
