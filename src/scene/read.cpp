@@ -93,7 +93,16 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   }
   const std::string name = view.text(key);
   if (const auto found = material_index.find(name); found != material_index.end()) return found->second;
-  if (surface && interface_name.count(name) > 0) {
+  // A surface needs no density: that an interface names its material, or "*" stands for it, is enough. A slip of the pen is not.
+  const auto covered = [&] {
+    if (interface_name.count(name) > 0) return true;
+    if (!interface_wildcard) return false;
+    std::vector<std::string> names;
+    for (const auto& entry : interface_name) names.push_back(entry.first);
+    for (const Material& m : scene.materials) names.push_back(m.name);
+    return nearest_name(name, names).empty();
+  };
+  if (surface && covered()) {
     const int index = static_cast<int>(scene.materials.size());
     Material material;
     material.name = name;

@@ -52,8 +52,10 @@ void read_materials(Reading& in, const View& root) {
     in.scene.materials.push_back(m);
   }
   for (const View& view : root.tables("interface"))
-    for (const std::string& name : view.texts("between"))
-      if (name != "*" && in.material_index.count(name) == 0) in.interface_name.emplace(name, 0);
+    for (const std::string& name : view.texts("between")) {
+      if (name == "*") in.interface_wildcard = true;
+      else if (in.material_index.count(name) == 0) in.interface_name.emplace(name, 0);
+    }
 }
 
 void read_site(Reading& in, const View& root) {

@@ -16,6 +16,7 @@ struct Reading {
   std::map<std::string, std::string> expected_hash;     // from scene.resolved.json
   std::map<std::string, int> material_index;
   bool names_good = true;                               // every material that is named is known
+  bool interface_wildcard = false;                      // some interface.between holds "*"
   std::map<std::string, int> interface_name;            // names in interface.between that no [[material]] declares
 
   /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one that only an
