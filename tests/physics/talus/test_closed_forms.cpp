@@ -1,0 +1,53 @@
+// The closed forms of the verification suite, asserted in their short form.
+#include <gtest/gtest.h>
+
+#include "verify/suite.hpp"
+
+namespace talus::verify {
+namespace {
+
+class ClosedForm : public testing::TestWithParam<const char*> {};
+
+TEST_P(ClosedForm, Holds) {
+  const Report report = run_suites("dda", true, {}, GetParam());
+  ASSERT_FALSE(report.results.empty());
+  for (const CaseResult& r : report.results) {
+    if (!r.judged) continue;
+    EXPECT_TRUE(r.passed) << table_line(r);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(A, ClosedForm, testing::Values("A1", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "A9", "A10", "A11", "A12", "A13", "A15", "A16", "A18", "A19", "A21"),
+                         [](const auto& info) { return std::string(info.param); });
+
+class Stressed : public testing::TestWithParam<const char*> {};
+
+TEST_P(Stressed, KeepsItsInvariants) {
+  const Report report = run_suites("stability", true, {}, GetParam());
+  ASSERT_FALSE(report.results.empty());
+  for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
+}
+
+INSTANTIATE_TEST_SUITE_P(E, Stressed, testing::Values("E2", "E3-1e+06", "E4", "E5", "E9", "E10", "E11", "E12", "E17", "E18"), [](const auto& info) {
+  std::string name = info.param;
+  for (char& c : name)
+    if (c == '-' || c == '+') c = '_';
+  return name;
+});
+
+TEST(Suites, AMissIsReportedAsAMiss) {
+  std::vector<CaseResult> results;
+  std::vector<CurvePoint> curves;
+  const Case c{"dda", "X", "miss", "none", true, {}};
+  CaseRun run(c, results, curves, true);
+  EXPECT_FALSE(run.relative("q", "r", 1, 1.1, 0.05).passed);
+  EXPECT_FALSE(run.absolute("q", "r", 1, std::nan(""), 0.05).passed);
+  EXPECT_TRUE(run.relative("q", "r", 1, 1.01, 0.05).passed);
+  run.unavailable("why");
+  Report report;
+  report.results = results;
+  EXPECT_FALSE(report.passed());
+}
+
+}  // namespace
+}  // namespace talus::verify
