@@ -73,6 +73,7 @@ class IslandStepper {
   void finish_bodies();
   bool solve(double h);
   void apply(double h);
+  double compression_at_end(const Touch& touch, double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
   void book(double h);

@@ -115,8 +115,10 @@ void IslandStepper::book(double h) {
     const Vec3 mean = blocks + structure;
     const double normal_work = c.impulse[0] * mean[0];
     const double slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
-    pending_.blocks_contact_work += c.impulse.dot(blocks);
-    pending_.structure_contact_work += c.impulse.dot(structure);
+    if (deformable_structure(t)) {
+      pending_.blocks_contact_work += c.impulse.dot(blocks);
+      pending_.structure_contact_work += c.impulse.dot(structure);
+    }
     const bool sprung = t.stiffness > 0 && h > 0;
     if (!sprung) {
       pending_.friction_work -= slip_work;
@@ -127,11 +129,11 @@ void IslandStepper::book(double h) {
       continue;
     }
     // Springs: what the linear rule stores; the rest of the normal work is the rule's own loss, of the tangential friction.
-    const double force = c.impulse[0] / h;
-    const double end_compression = t.mode == Mode::spring_mean ? 2 * force / t.stiffness + t.at.gap : force / t.stiffness;
+    const double end_compression = compression_at_end(t, h);
     const double start_energy = t.at.gap < 0 ? 0.5 * t.stiffness * t.at.gap * t.at.gap : 0;
     const double end_energy = end_compression > 0 ? 0.5 * t.stiffness * end_compression * end_compression : 0;
-    pending_.algorithmic -= normal_work + (end_energy - start_energy);
+    // With a dashpot the loss is mostly its own.
+    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -= normal_work + (end_energy - start_energy);
     if (t.shear_stiffness > 0) {
       const Vec3 stretch = shear_at_end(t, h);
       const double stored = 0.5 * t.shear_stiffness * (stretch.squaredNorm() - t.shear.squaredNorm());
@@ -161,6 +163,17 @@ void IslandStepper::book(double h) {
     pending_.damping_work +=
         h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * rate);
   }
+}
+
+double IslandStepper::compression_at_end(const Touch& t, double h) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  if (c.impulse[0] <= 0) return 0;
+  const double end_speed = -(c.bias[0] + c.compliance[0] * c.impulse[0]);
+  if (t.mode == Mode::spring_mean) {
+    const double spring = c.impulse[0] / h + t.dashpot * 0.5 * (t.approach + end_speed);
+    return 2 * spring / t.stiffness + t.at.gap;
+  }
+  return (c.impulse[0] / h + t.dashpot * end_speed) / t.stiffness;
 }
 
 Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
@@ -213,7 +226,11 @@ void IslandStepper::commit(double t_end, double h) {
       memory.broken = memory.broken || opened || slid;
     }
     if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
-    if (t.stiffness > 0) memory.normal_energy = 0.5 * c.impulse[0] * c.impulse[0] / (h * h * t.stiffness);
+    if (t.stiffness > 0) {
+      const double compression = std::max(0.0, compression_at_end(t, h));
+      memory.normal_energy = 0.5 * t.stiffness * compression * compression;
+      if (t.shear_stiffness > 0) memory.normal_energy += 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
+    }
     if (memory.broken || !c.impulse.isZero(0)) history_[static_cast<std::size_t>(t.b)].push_back(memory);
     if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
       StructureContact row;

@@ -153,16 +153,20 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
         c.bias[0] = *law.restitution * t.approach;
       break;
     }
-    case Mode::spring_mean:
+    case Mode::spring_mean: {
       t.theta = 0.5;
-      c.compliance[0] = 4 / (h * h * t.stiffness);
-      c.bias[0] = 2 * (t.at.gap + gap_ref) / h - u_ref[0];
+      const double spring = 0.25 * h * h * t.stiffness, dashpot = 0.5 * h * t.dashpot;
+      c.compliance[0] = 1 / (spring + dashpot);
+      c.bias[0] = c.compliance[0] * (0.5 * h * t.stiffness * (t.at.gap + gap_ref) - spring * u_ref[0] + dashpot * t.approach);
       break;
-    case Mode::spring_end:
+    }
+    case Mode::spring_end: {
       t.theta = 1;
-      c.compliance[0] = 1 / (h * h * t.stiffness);
-      c.bias[0] = gap_ref / h - u_ref[0];
+      const double spring = h * h * t.stiffness;
+      c.compliance[0] = 1 / (spring + h * t.dashpot);
+      c.bias[0] = c.compliance[0] * (h * t.stiffness * gap_ref - spring * u_ref[0]);
       break;
+    }
     case Mode::idle: break;
   }
   if (t.shear_stiffness > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end)) {

@@ -185,6 +185,14 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         break;
       }
     }
+    if (t.stiffness > 0 && t.law->damping_ratio > 0) {
+      double mass = m.blocks[kb].mass;
+      if (pair.a.kind == Partner::Kind::block && m.blocks[static_cast<std::size_t>(pair.a.index)].ndof() > 0) {
+        const double other = m.blocks[static_cast<std::size_t>(pair.a.index)].mass;
+        mass = mass * other / (mass + other);
+      }
+      t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * mass);
+    }
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     out.push_back(t);
   }

@@ -36,6 +36,7 @@ struct Touch {
   double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
   double stiffness = 0;          // k_n of this point [N/m], 0: hard
   double shear_stiffness = 0;
+  double dashpot = 0;            // 2 zeta sqrt(k m), m of the two blocks in series [N s/m]
   Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // spring energy at the start [J]
