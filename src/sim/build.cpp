@@ -47,6 +47,7 @@ class Builder {
     model_.gravity = s.simulation.gravity;
     for (const scene::Block& b : s.blocks) add_block(b);
     add_rock_mass();
+    refuse_what_is_missing();
     add_terrain();
     env_.planes = s.planes;
     env_.laws = s.laws;
@@ -136,6 +137,28 @@ class Builder {
         problems_.push_back(std::move(p));
       }
     }
+  }
+
+  /// Keys that the scene format has and this version cannot honour: an error each, never a silent drop.
+  void refuse_what_is_missing() {
+    const scene::Scene& s = world_->scene;
+    const auto missing = [&](const std::string& key, const std::string& value, const std::string& remedy) {
+      problem(key, value, "is not there yet in this version", remedy);
+    };
+    if (s.coupling.scheme == scene::Coupling::Scheme::one_way && !s.structures.empty())
+      missing("coupling.scheme", "one-way", "use \"two-way\", or \"rigid\" for a fixed surface");
+    if (!s.simulation.initial_state.empty()) missing("simulation.initial_state", s.simulation.initial_state, "run the events in one scene, or resume with --resume");
+    if (s.simulation.method == scene::Simulation::Method::dda1988) return;   // its plan says what it leaves out
+    const int n = s.laws.materials;
+    for (int i = 0; i < n; ++i)
+      for (int j = i; j < n; ++j) {
+        const ContactLaw& law = s.laws(i, j);
+        const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
+        if (law.kind != ContactLaw::Kind::linear) missing(key + "contact_law", "", "use the linear law with a normal_stiffness");
+        if (law.rolling_resistance > 0) missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out; polyhedra resist rolling by their shape");
+      }
+    for (const scene::Block& b : s.blocks)
+      if (!b.fixed_points.empty()) missing("block." + b.name + ".fixed_points", "", "use fixed = true, or method = \"dda-1988\"");
   }
 
   void add_rock_mass() {
