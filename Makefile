@@ -17,11 +17,14 @@ help:
 setup:
 	@scripts/setup.sh
 
+# The program and its two modules; the tests are built by `make test`.
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
-	@cmake --build $(BUILD) -j $(JOBS)
+	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_raster
 
-test: setup build
+test: setup
+	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
+	@cmake --build $(BUILD) -j $(JOBS)
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 
 demo: setup build
