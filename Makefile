@@ -10,7 +10,7 @@ help:
 	@echo "make test    install what is missing, build, run every test"
 	@echo "make build   build alone: the program is build/release/talus"
 	@echo "make cases   run every case in full (long)"
-	@echo "make bench   run the benchmark scenes beside the peers that are installed"
+	@echo "make bench   run the benchmark of the contact solver"
 	@echo "make docs    regenerate docs/scene.md and docs/results/ from the program"
 	@echo "make clean   remove build/"
 
@@ -35,7 +35,8 @@ cases: build
 	@cases/run_all.sh
 
 bench: build
-	@bench/run.sh
+	@cmake --build $(BUILD) -j $(JOBS) --target talus_solver_bench
+	@$(BUILD)/talus_solver_bench
 
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
