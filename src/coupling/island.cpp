@@ -50,7 +50,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
     b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
     if (h > 0) {
-      b.free = dda::free_flow(model_, state_, b.block, h);
+      b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : dda::FlowRule::exact);
     } else {
       dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
       b.free.pose = b.start;
@@ -222,6 +222,7 @@ bool IslandStepper::impact_stage() {
 
 IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) {
   Outcome out;
+  choose_springs(h, lumped);
   begin_step(h, false);
   pending_ = Ledger{};
   std::vector<Vec3> last_c;
@@ -326,7 +327,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
-      if (t.stiffness == 0 && !was_row(t) && t.at.gap < gap && t.approach < -1e-6 * speed_) {
+      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_)) {
         gap = t.at.gap;
         rate = t.approach;
       }
@@ -412,6 +413,8 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       report_.failure = "impact could not be solved";
       return report_;
     }
+    weigh_springs();
+    if (settings_.fixed_step <= 0) h = std::min(h, spring_limit(h, lumped));
     const bool closed = has_closed();
     const int passes = lumped || !closed ? 1 : 3;
     save();
@@ -420,6 +423,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     std::vector<Vec3> slip_before;
     int stopping = -1;
     bool stop_located = false;
+    int releases = 0;
     if (!lumped && closed && settings_.fixed_step <= 0)
       for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
@@ -441,12 +445,19 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         continue;
       }
       if (!lumped && settings_.fixed_step <= 0 && closed) {
+        if (releases < 3 && cut_at_release(h)) {
+          ++releases;
+          restore();
+          report_.ledger = before;
+          continue;
+        }
         if (!stop_located && h > 10 * settings_.min_step) {
           int stopped = -1;
           double longest = limit * length_;   // what sliding on would add at most
           for (std::size_t i = 0; i < touches_.size(); ++i) {
             const Touch& touch = touches_[i];
-            if (touch.row < 0 || touch.mode != Mode::closed || !(touch.impulse[0] > 0)) continue;
+            const bool trapezoid = touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
+            if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
             const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
             const bool sticks = touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
             const double path = 0.5 * h * slip_before[i].norm();

@@ -66,6 +66,10 @@ class IslandStepper {
   Vec3 slip(const Touch& touch, const Vec3& at) const;
 
   bool impact_stage();
+  void weigh_springs();
+  double spring_limit(double h, bool lumped) const;
+  void choose_springs(double h, bool lumped);
+  bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes);
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
@@ -73,6 +77,7 @@ class IslandStepper {
   void finish_bodies();
   bool solve(double h);
   void apply(double h);
+  void confine(const Touch& touch, const contact::ProblemContact& contact);
   double compression_at_end(const Touch& touch, double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);

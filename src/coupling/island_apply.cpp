@@ -37,17 +37,38 @@ void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
   b.carry = b.ndof == 12 ? Mat3(b.ref.F * b.start.F.inverse()) : b.full_turn;
 }
 
+void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
+  // Takes from the free directions of both blocks what this spring holds: its normal, and all where a shear spring sticks.
+  const bool slides = t.impulse.tail<2>().norm() >= (c.friction * t.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const auto hold = [&](int block) {
+    const int l = local_[static_cast<std::size_t>(block)];
+    if (l < 0) return;
+    Mat3& along = bodies_[static_cast<std::size_t>(l)].along;
+    if (t.shear_stiffness > 0 && !slides) {
+      along.setZero();
+      return;
+    }
+    const Vec3 n = along * t.normal;
+    if (n.squaredNorm() > 1e-12) along -= n * n.transpose() / n.squaredNorm();
+    else if (along.trace() < 0.5) along.setZero();
+  };
+  hold(t.b);
+  if (t.a.kind == Partner::Kind::block) hold(t.a.index);
+}
+
 void IslandStepper::apply(double h) {
   if (h > 0) found_for_ = -1;   // an impulse leaves the positions
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
   for (Body& b : bodies_) {
     b.impulse.setZero();
     b.shift.setZero();
+    b.along = Mat3::Identity();
   }
   for (Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     t.impulse = c.impulse;
+    if (t.mode == Mode::spring_end && t.impulse[0] > 0) confine(t, c);
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       if (term.body >= static_cast<int>(bodies_.size())) continue;
@@ -55,7 +76,7 @@ void IslandStepper::apply(double h) {
       Vec12 g = Vec12::Zero();
       g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
       b.impulse += g;
-      b.shift += t.theta * g;
+      b.shift += (b.end_rule ? 1.0 : t.theta) * g;
     }
   }
   for (Body& b : bodies_) {
@@ -73,6 +94,8 @@ void IslandStepper::apply(double h) {
       if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
       if (b.ndof == 12) state_.eps[k] += d.tail<6>();
     }
+    // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
+    if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
     state_.v[k] = b.v_solved.head<3>();
     state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
     // Angular momentum exactly: w follows from it at the orientation reached.
@@ -143,7 +166,7 @@ void IslandStepper::book(double h) {
     }
   }
   for (const Body& b : bodies_) {
-    if (b.impulse.isZero(0)) continue;
+    if (b.impulse.isZero(0) && !b.end_rule) continue;
     const auto k = static_cast<std::size_t>(b.block);
     const dda::Model::Block& block = model_.blocks[k];
     // Positions that left the trapezoid (theta = 1) met gravity and the block's own stiffness elsewhere than the velocities did.
@@ -152,7 +175,11 @@ void IslandStepper::book(double h) {
     if (b.ndof == 12) {
       const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
       const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
-      pending_.algorithmic -= 0.5 * (state_.eps[k].dot(stiffness * state_.eps[k]) - eps.dot(stiffness * eps));
+      const double stored = 0.5 * state_.eps[k].dot(stiffness * state_.eps[k]);
+      if (b.end_rule)   // the velocities met the stress at the end all along the step
+        pending_.algorithmic += (eps - b.eps0).dot(stiffness * state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
+      else
+        pending_.algorithmic -= stored - 0.5 * eps.dot(stiffness * eps);
     }
   }
   for (const Body& b : bodies_) {
@@ -160,8 +187,9 @@ void IslandStepper::book(double h) {
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
     if (block.strain_damping == 0) continue;
     const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
+    const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
     pending_.damping_work +=
-        h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * rate);
+        h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
   }
 }
 

@@ -8,6 +8,7 @@ namespace talus::coupling {
 struct IslandStepper::Body {
   int block = 0;
   int ndof = 6;
+  bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();
@@ -26,6 +27,7 @@ struct IslandStepper::Body {
   // result
   Vec12 impulse = Vec12::Zero();       // sum J^T p
   Vec12 shift = Vec12::Zero();         // sum theta A^-1 J^T p
+  Mat3 along = Mat3::Identity();       // projector on the directions that no spring at the end of the step holds
   Vec12 v_solved = Vec12::Zero();      // v_hat + A^-1 sum J^T p
 
   Vec3 at_mid(const Vec3& x) const { return mid_c + half_turn * (x - start.c); }

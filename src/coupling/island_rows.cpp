@@ -197,12 +197,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
       t.mode = Mode::idle;
       const bool at_structure = deformable_structure(t);
       if (t.stiffness > 0) {
-        const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
-        const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
-        const bool closes = t.at.gap + h * t.approach < 0 || t.at.gap <= 0 ||
-                            t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() < 0;
-        if (closes)
-          t.mode = !at_structure && h * std::sqrt(t.stiffness / mass) < 0.5 ? Mode::spring_mean : Mode::spring_end;
+        t.mode = t.spring;
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
       } else if (t.at.gap <= touch_gap) {

@@ -111,12 +111,35 @@ const Bond* find_bond(const Environment& env, const CandidatePair& pair, int joi
   return at != env.bonds.end() && at->a == a && at->b == b && at->joint == joint ? &*at : nullptr;
 }
 
+/// `damping_ratio` is that of the pair moving along its normal, whatever the number of points: c_i = 2 zeta k_i sqrt(m / sum k), the sum
+/// over the points closed with it.
+void share_dashpots(const dda::Model& m, const CandidatePair& pair, std::span<Touch> touches) {
+  bool damped = false;
+  for (const Touch& t : touches) damped = damped || (t.stiffness > 0 && t.law->damping_ratio > 0);
+  if (!damped) return;
+  const dda::Model::Block& block = m.blocks[static_cast<std::size_t>(pair.b)];
+  double mass = block.mass;
+  if (pair.a.kind == Partner::Kind::block && m.blocks[static_cast<std::size_t>(pair.a.index)].ndof() > 0) {
+    const double other = m.blocks[static_cast<std::size_t>(pair.a.index)].mass;
+    mass = mass * other / (mass + other);
+  }
+  const double closed = 1e-6 * block.shape->radius;
+  double stiffness = 0;
+  for (const Touch& t : touches)
+    if (t.at.gap <= closed) stiffness += t.stiffness;
+  for (Touch& t : touches) {
+    if (t.stiffness == 0 || t.law->damping_ratio == 0) continue;
+    t.dashpot = 2 * t.law->damping_ratio * t.stiffness * std::sqrt(mass / (stiffness + (t.at.gap <= closed ? 0 : t.stiffness)));
+  }
+}
+
 }  // namespace
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
                   double margin, const ContactHistory& history, std::vector<Touch>& out) {
   thread_local std::vector<contact::ContactPoint> points;
   points.clear();
+  const std::size_t first = out.size();
   const auto kb = static_cast<std::size_t>(pair.b);
   const Polyhedron& shape_b = *m.blocks[kb].shape;
   const Pose pose_b = dda::pose(s, pair.b);
@@ -185,17 +208,10 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         break;
       }
     }
-    if (t.stiffness > 0 && t.law->damping_ratio > 0) {
-      double mass = m.blocks[kb].mass;
-      if (pair.a.kind == Partner::Kind::block && m.blocks[static_cast<std::size_t>(pair.a.index)].ndof() > 0) {
-        const double other = m.blocks[static_cast<std::size_t>(pair.a.index)].mass;
-        mass = mass * other / (mass + other);
-      }
-      t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * mass);
-    }
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     out.push_back(t);
   }
+  share_dashpots(m, pair, std::span(out).subspan(first));
 }
 
 }  // namespace talus::coupling

@@ -36,7 +36,11 @@ struct Touch {
   double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
   double stiffness = 0;          // k_n of this point [N/m], 0: hard
   double shear_stiffness = 0;
-  double dashpot = 0;            // 2 zeta sqrt(k m), m of the two blocks in series [N s/m]
+  double dashpot = 0;            // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
+  double rate_sq = 0;            // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
+  double quiet_speed = 0;        // normal speed below which an oscillation on the spring is beneath the accuracy asked for [m/s]
+  bool energetic = false;        // it oscillates, or will, by more than that
+  Mode spring = Mode::idle;      // rule of this step if it is sprung
   Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // spring energy at the start [J]

@@ -126,11 +126,12 @@ Quat rotate_free(const Model::Block&, const Mat3& body_inertia, const Quat& q, c
   return (r * principal.conjugate()).normalized();
 }
 
-FreeFlow free_flow(const Model& m, const State& s, int i, double h) {
+FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule) {
   const auto k = static_cast<std::size_t>(i);
   const Model::Block& b = m.blocks[k];
   FreeFlow f;
-  f.pose.c = s.c[k] + h * s.v[k] + (0.5 * h * h) * m.gravity;
+  const bool end = rule == FlowRule::implicit_end;
+  f.pose.c = s.c[k] + h * s.v[k] + ((end ? 1.0 : 0.5) * h * h) * m.gravity;
   f.velocity.setZero();
   f.velocity.head<3>() = s.v[k] + h * m.gravity;
   f.eps = s.eps[k];
@@ -158,12 +159,12 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h) {
   f.rotation = f.q.toRotationMatrix();
   const Mat3 start_rotation = s.rotation(i);
   const Mat12 mass_start = mass_matrix(b, pose(s, i), start_rotation);
-  Pose end = f.pose;
-  end.F = f.rotation * (Mat3::Identity() + strain_tensor(s.eps[k]));
-  Mat12 mass = mass_matrix(b, end, f.rotation);
+  Pose turned = f.pose;
+  turned.F = f.rotation * (Mat3::Identity() + strain_tensor(s.eps[k]));
+  Mat12 mass = mass_matrix(b, turned, f.rotation);
 
   const Mat6 stiffness = b.volume * elastic_matrix(b.young, b.poisson);
-  const Mat6 dynamic = (0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
+  const Mat6 dynamic = (end ? h * h + h * b.strain_damping : 0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
   // Centrifugal force on the strains: the derivative of the rotational energy [J].
   Vec6 centrifugal;
   const Vec3 & w_now = s.w[k];
@@ -176,12 +177,13 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h) {
   rhs.head<3>() = b.mass * f.velocity.head<3>();
   rhs.segment<3>(3) = L;
   rhs.tail<6>() = mass_start.block<6, 3>(6, 3) * s.w[k] + mass_start.block<6, 6>(6, 6) * s.eps_rate[k] +
-                  h * centrifugal - h * (stiffness * s.eps[k]) - dynamic * s.eps_rate[k];
+                  h * centrifugal - h * (stiffness * s.eps[k]);
+  if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
   f.mass = mass;
   f.mass.block<6, 6>(6, 6) += dynamic;
   f.inverse = f.mass.llt().solve(Mat12::Identity());
   f.velocity = f.inverse * rhs;
-  f.eps = s.eps[k] + 0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()));
+  f.eps = s.eps[k] + (end ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
   f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(f.eps));
   return f;
 }

@@ -29,8 +29,11 @@ struct FreeFlow {
   double damping_loss = 0;   // Kelvin-Voigt work over the step without contact [J]
 };
 
-/// `frozen_strain` leaves the strain out (impulses of no duration with restitution given).
-FreeFlow free_flow(const Model& m, const State& s, int i, double h);
+/// Rule of the free flow: `exact` is the parabola and the trapezoid of the strain (order 2, keeps energy); `implicit_end` takes position
+/// and strain by the velocity at the end (order 1, damps what the step does not resolve), which a force that acts by its value at the end
+/// of the step needs to leave a block at rest where it is.
+enum class FlowRule { exact, implicit_end };
+FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact);
 
 /// Mass and inverse for an impulse of no duration: M alone, strain rows decoupled and locked if `frozen_strain`.
 void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse);

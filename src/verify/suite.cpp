@@ -141,7 +141,7 @@ void CaseRun::point(const Method& m, double error, const Outcome& o) {
 const std::vector<Case>& all_cases() {
   static const std::vector<Case> cases = [] {
     std::vector<Case> all;
-    for (const auto& group : {sliding_cases, turning_cases, pile_cases, comparison_cases, stability_cases, fem_cases, coupling_cases})
+    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, comparison_cases, stability_cases, fem_cases, coupling_cases})
       for (Case& c : group()) all.push_back(std::move(c));
     return all;
   }();

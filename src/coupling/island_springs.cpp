@@ -1,0 +1,185 @@
+// Contact springs: which rule a step uses for each, and how long it may be.
+//
+//   spring_mean   p = -h k (g_n + g_np) / 2, trapezoid of the positions: order 2, keeps energy, for a step that resolves the spring
+//   spring_end    p = -h k g_np, positions and strains by the velocities at the end (dda::FlowRule::implicit_end): L-stable, rests where it
+//                 is, takes the energy of what it does not resolve, booked as algorithmic
+//
+// By accuracy, a spring that carries more motion than the accuracy allows to lose is resolved; one at rest is not.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// h sqrt(rate_sq) up to which the trapezoid is used. rate_sq is a trace, about four times the square of the main frequency of a face.
+constexpr double resolved_phase = 1.0;
+
+/// Step over resolved_phase at accuracy 1e-3; the period's error falls with its square, hence with `accuracy`.
+double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy / 1e-3), 0.02, 1.0); }
+
+}  // namespace
+
+void IslandStepper::weigh_springs() {
+  bool any = false;
+  for (const Touch& t : touches_) any = any || t.stiffness > 0;
+  if (!any) return;
+  struct Weight {
+    Mat12 inverse;            // generalised mass
+    Mat3 rotation, strain_map;
+    Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    double rate_sq = 0;       // trace over its closed springs
+  };
+  std::vector<Weight> weights(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const int block = bodies_[i].block;
+    Mat12 mass;
+    dda::impulse_mass(model_, state_, block, !model_.blocks[static_cast<std::size_t>(block)].deformable, mass, weights[i].inverse);
+    weights[i].rotation = state_.rotation(block);
+    weights[i].strain_map = dda::pose(state_, block).F.inverse();
+  }
+  const auto body_of = [&](const Partner& a) {
+    return a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(a.index)] : -1;
+  };
+  const auto row = [&](int body, const Vec3& x, const Vec3& n) {
+    const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
+    const Weight& w = weights[static_cast<std::size_t>(body)];
+    const Vec3 r = x - state_.c[k];
+    Vec12 j = Vec12::Zero();
+    j.head<3>() = n;
+    j.segment<3>(3) = r.cross(n);
+    if (model_.blocks[k].deformable) {
+      const Vec3 X = w.strain_map * r, m = w.rotation.transpose() * n;
+      for (int e = 0; e < 6; ++e) {
+        Vec6 unit = Vec6::Zero();
+        unit[e] = 1;
+        j[6 + e] = m.dot(dda::strain_tensor(unit) * X);
+      }
+    }
+    return j;
+  };
+  const auto load = [&](int body, const Vec3& x, const Vec3& f) {
+    if (body < 0) return;
+    Weight& w = weights[static_cast<std::size_t>(body)];
+    w.force += f;
+    w.moment += (x - state_.c[static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block)]).cross(f);
+  };
+  const double reachable = 1e-3 * length_;
+  for (const Touch& t : touches_) {
+    const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
+    Vec3 f = t.warm;   // hard contacts and friction: as in the last step
+    if (t.stiffness > 0) {
+      f -= t.at.normal * t.at.normal.dot(f);
+      f += t.at.normal * (t.stiffness * std::max(0.0, -t.at.gap));
+      if (t.at.gap <= reachable) {
+        const Vec12 jb = row(b, t.at.point_b, t.at.normal);
+        weights[static_cast<std::size_t>(b)].rate_sq += t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);
+        if (a >= 0) {
+          const Vec12 ja = row(a, t.at.point_a, t.at.normal);
+          weights[static_cast<std::size_t>(a)].rate_sq += t.stiffness * ja.dot(weights[static_cast<std::size_t>(a)].inverse * ja);
+        }
+      }
+    }
+    load(b, t.at.point_b, f);
+    load(a, t.at.point_a, -f);
+  }
+  // A rebound below this height is beneath the accuracy asked for; without gravity, this part of the speeds around.
+  const double quiet = std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_), 0.1 * settings_.accuracy * speed_);
+  const auto acceleration = [&](int body, const Vec3& x) {
+    if (body < 0) return Vec3(Vec3::Zero());
+    const Weight& w = weights[static_cast<std::size_t>(body)];
+    const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
+    const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
+    return Vec3(model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]));
+  };
+  for (Touch& t : touches_) {
+    if (t.stiffness == 0) continue;
+    const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
+    const Vec12 jb = row(b, t.at.point_b, t.at.normal);
+    t.rate_sq = std::max(weights[static_cast<std::size_t>(b)].rate_sq,
+                         t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb));
+    if (a >= 0) t.rate_sq += weights[static_cast<std::size_t>(a)].rate_sq;
+    t.quiet_speed = quiet;
+    double amplitude_sq = t.approach * t.approach;
+    if (t.at.gap < 0) {
+      const double a_n = t.at.normal.dot(acceleration(b, t.at.point_b) - acceleration(a, t.at.point_a));
+      amplitude_sq += a_n * a_n / t.rate_sq;
+    }
+    t.energetic = amplitude_sq > quiet * quiet;
+  }
+}
+
+double IslandStepper::spring_limit(double h, bool lumped) const {
+  double limit = h;
+  for (const Touch& t : touches_) {
+    if (t.stiffness == 0 || !t.energetic || deformable_structure(t)) continue;
+    const double resolved = phase_asked(settings_.accuracy) * resolved_phase / std::sqrt(t.rate_sq);
+    if (t.at.gap < -1e-9 * length_ || (t.at.gap <= touch_gap() && t.approach < 0)) {
+      limit = std::min(limit, resolved);
+    } else if (lumped && t.approach < 0) {
+      limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
+    }
+  }
+  return limit;
+}
+
+void IslandStepper::choose_springs(double h, bool lumped) {
+  for (Body& b : bodies_) b.end_rule = false;
+  const auto body_of = [&](int block) -> Body* {
+    const int l = local_[static_cast<std::size_t>(block)];
+    return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
+  };
+  const double fall = 0.5 * h * h * model_.gravity.norm();
+  bool any_end = false;
+  for (Touch& t : touches_) {
+    t.spring = Mode::idle;
+    if (t.stiffness == 0) continue;
+    // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start.
+    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || t.approach > -t.quiet_speed);
+    if (t.at.gap > 0 && !meets) continue;
+    const bool resolved = !deformable_structure(t) && h * std::sqrt(t.rate_sq) <= resolved_phase;
+    t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
+    any_end = any_end || !resolved;
+  }
+  // A body has one rule, so blocks that springs connect share it.
+  for (bool changed = any_end; changed;) {
+    changed = false;
+    for (Touch& t : touches_) {
+      if (t.spring == Mode::idle) continue;
+      Body* a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
+      Body* b = body_of(t.b);
+      if (t.spring == Mode::spring_end || b->end_rule || (a != nullptr && a->end_rule)) {
+        changed = changed || t.spring != Mode::spring_end || !b->end_rule || (a != nullptr && !a->end_rule);
+        t.spring = Mode::spring_end;
+        b->end_rule = true;
+        if (a != nullptr) a->end_rule = true;
+      }
+    }
+  }
+}
+
+bool IslandStepper::cut_at_release(double& h) const {
+  // A spring that lets go within the step is followed to its free length, so that it gives back what it stored.
+  double fraction = 1;
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0)) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    double end_speed = 0;
+    for (int i = 0; i < c.terms; ++i) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + i)];
+      const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+      for (int k = 0; k < body.ndof; ++k)
+        end_speed += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * k)] * problem_.v[static_cast<std::size_t>(body.offset + k)];
+    }
+    const double beyond = t.at.gap + 0.5 * h * (t.approach + end_speed);
+    if (!(beyond > 0)) continue;
+    if (beyond * beyond * t.rate_sq <= 1e-3 * settings_.accuracy * t.approach * t.approach) continue;
+    fraction = std::min(fraction, -t.at.gap / (beyond - t.at.gap));
+  }
+  if (fraction >= 1 || h * fraction <= settings_.min_step) return false;
+  h *= fraction;
+  return true;
+}
+
+}  // namespace talus::coupling
