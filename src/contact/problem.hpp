@@ -64,6 +64,7 @@ struct ContactProblem {
 
 struct SolveSettings {
   double tolerance = 1e-10;        // on the exact-Coulomb residual, relative to `velocity_scale`
+  double sufficient = 0;           // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
   double velocity_scale = 1.0;     // [m/s]
   bool exact_coulomb = true;       // De Saxce correction
   int max_newton = 60;

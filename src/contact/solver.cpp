@@ -58,6 +58,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   system.assemble(problem, settings.exact_coulomb);
   const int nc = system.contacts();
   const double tolerance = settings.tolerance * settings.velocity_scale;
+  const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   work.p.resize(nc);
   for (int i = 0; i < nc; ++i) {
     const Touch& t = system.touch[i];
@@ -94,7 +95,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       report.newton += outcome.newton;
       report.outer += outcome.outer;
       work.consider(work.trial_p, work.trial_v, outcome.residual);
-      return work.best <= tolerance;
+      return work.best <= sufficient;
     };
     auto interior = [&](const std::vector<Vec3>& start, double distance) {
       InteriorOptions inside;
@@ -105,7 +106,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       const InteriorOutcome outcome = work.interior.run(system, work.trial_p, work.trial_v, inside);
       report.newton += outcome.iterations;
       work.consider(work.trial_p, work.trial_v, outcome.residual);
-      return work.best <= tolerance;
+      return work.best <= sufficient;
     };
     // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
     const bool near = system.n <= 48 || work.best <= 1e-4 * settings.velocity_scale;
@@ -127,7 +128,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
           system.velocities(work.p, work.v);
           const double after = system.residual(work.v, work.p);
           work.consider(work.p, work.v, after);
-          done = work.best <= tolerance || interior(work.p, round == 1 ? after : 0.3 * after);
+          done = work.best <= sufficient || interior(work.p, round == 1 ? after : 0.3 * after);
         } else {
           for (int i = 0; i < nc; ++i) work.p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
           system.velocities(work.p, work.v);
@@ -150,7 +151,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       report.sweeps += count;
       system.velocities(work.p, work.v);
       work.consider(work.p, work.v, system.residual(work.v, work.p));
-      done = work.best <= tolerance || attempt(1e-4, 20) || attempt(1e-2, 30);
+      done = work.best <= sufficient || attempt(1e-4, 20) || attempt(1e-2, 30);
     }
     if (!done) {
       // De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton is tried again
@@ -175,7 +176,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
         report.convex_residual = outcome.residual / settings.velocity_scale;
         options.tolerance = tolerance;
         work.consider(work.p, work.v, system.residual(work.v, work.p));
-        done = work.best <= tolerance || attempt(1e-3, 15);
+        done = work.best <= sufficient || attempt(1e-3, 15);
       }
       for (Touch& t : system.touch) t.shift = 0;
       if (!done) report.tier = 'E';
@@ -186,7 +187,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     std::copy_n(work.best_v.begin() + system.offset[b], system.ndof[b],
                 problem.v.begin() + problem.bodies[system.body[b]].offset);
   report.residual = work.best / settings.velocity_scale;
-  report.converged = work.best <= tolerance;
+  report.converged = work.best <= sufficient;
   return report;
 }
 

@@ -142,13 +142,14 @@ bool IslandStepper::solve(double h) {
   bool still = true;   // a certificate of rest is only as good as its residual
   for (const Body& b : bodies_) still = still && b.v0.squaredNorm() < 1e-12 * speed_ * speed_;
   settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4);
+  if (small) settings.sufficient = 1e-10;   // touches that lie close together can keep round-off above the tolerance
   const contact::SolveReport r = solver_.solve(problem_, settings);
   Counters& n = report_.counters;
   n.newton += r.newton;
   n.sweeps += r.sweeps;
   n.outer += r.outer;
   (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
-  // Round-off can keep touches that lie close together a little above the target; what is reached is recorded.
+  // What is reached is recorded; a tier E within ten times the sufficient is accepted, counted as what it is.
   const bool reached = r.converged || (small && r.residual <= 1e-9);
   if (reached) n.worst_residual = std::max(n.worst_residual, r.residual);
   return reached;
