@@ -1,17 +1,26 @@
 #!/bin/sh
-# Runs every case of the paper and evaluates it.
+# Runs every case, evaluates it, and compares its figures with its expected.toml.
 #
-# usage: cases/run_all.sh [--reduced] [TALUS] [OUT]
-#   --reduced   shorter and fewer runs, to show that every case still works (not the cases' results)
-#   TALUS       the program (build/release/talus)
-#   OUT         where results go (results/cases)
+# usage: cases/run_all.sh [--reduced] [--only CASE] [--talus PROGRAM] [--out DIR]
+#   --reduced   shorter and fewer runs, which show that every case still works (expected.toml has figures of their own)
+#   --only      one case: a folder of cases/
+#   --talus     the program (build/release/talus)
+#   --out       where results go (results/cases)
+# Exit code 1 if a run fails or a figure misses.
 set -u
-reduced=0
-if [ "${1:-}" = "--reduced" ]; then reduced=1; shift; fi
 here=$(cd "$(dirname "$0")" && pwd)
-talus=${1:-$here/../build/release/talus}
-out=${2:-results/cases}
+talus=$here/../build/release/talus out=results/cases reduced= only=
 python=${PYTHON:-/usr/bin/python3}
+while [ $# -gt 0 ]; do
+  case $1 in
+    --reduced) reduced=--reduced ;;
+    --only) only=$2; shift ;;
+    --talus) talus=$2; shift ;;
+    --out) out=$2; shift ;;
+    *) sed -n '2,9p' "$0"; exit 2 ;;
+  esac
+  shift
+done
 mkdir -p "$out"
 failures=0
 
@@ -26,34 +35,55 @@ run() {
     case $name in *-1988*) ;; *) failures=$((failures + 1)) ;; esac   # the 1988 scheme's failures are part of the comparison
   fi
 }
-evaluate() {
-  echo "--- $1"; shift
-  "$python" "$@" || failures=$((failures + 1))
+
+# judge CASE PROGRAM [arguments]: evaluates into CASE.json and compares
+judge() {
+  case_=$1; shift
+  echo "--- $case_"
+  "$python" "$@" -o "$out/$case_.json" && "$python" "$here/compare.py" "$here/$case_" "$out/$case_.json" $reduced || failures=$((failures + 1))
 }
 
-if [ $reduced = 1 ]; then angles="20 30 50"; lab="0.2 s"; fall="1 s"; fall10="3 s"; boulder="12 s"; mass="1 s"; damage="0.1 s"; else
-  angles="20 25 30 35 40 45 50"; lab="0.3 s"; fall="2 s"; fall10="6 s"; boulder="38 s"; mass="38 s"; damage="26 s"; fi
+wanted() { [ -z "$only" ] || [ "$only" = "$1" ]; }
+span() { [ -n "$reduced" ] && echo "$2" || echo "$1"; }   # full or reduced value
 
-for reading in a b; do
-  for angle in $angles; do run "lab-$reading-$angle" "lab-14-blocks/$reading-$angle.toml" --set "simulation.duration=$lab"; done
+if wanted lab-14-blocks; then
+  directories=
+  for run_ in $(span "a-20 a-25 a-30 a-35 a-40 a-45 a-50 b-20 b-25 b-30 b-35 b-40 b-45 b-50" "a-20 a-30 b-50"); do
+    run "lab-$run_" "lab-14-blocks/$run_.toml" $(span "" "--set simulation.duration=0.15")
+    directories="$directories $out/lab-$run_"
+  done
+  judge lab-14-blocks "$here/lab-14-blocks/evaluate.py" $directories
+fi
+
+for case in wanzhou-trajectories wanzhou-energy; do
+  wanted $case || continue
+  run "$case-physical" "$case/physical.toml" $(span "" "--set simulation.duration=0.6")
+  run "$case-1988" "$case/paper.toml" $(span "" "--set simulation.duration=0.3")
+  judge $case "$here/wanzhou-trajectories/evaluate.py" $([ $case = wanzhou-energy ] && echo --energy) "$out/$case-physical" "$out/$case-1988"
 done
-evaluate "lab-14-blocks" "$here/lab-14-blocks/evaluate.py" "$out"/lab-[ab]-[0-9][0-9]
 
-run wanzhou-physical wanzhou-trajectories/physical.toml --set "simulation.duration=$fall"
-run wanzhou-1988 wanzhou-trajectories/paper.toml --set "simulation.duration=$fall"
-evaluate "wanzhou-trajectories" "$here/wanzhou-trajectories/evaluate.py" "$out/wanzhou-physical" "$out/wanzhou-1988"
-run wanzhou-energy-physical wanzhou-energy/physical.toml --set "simulation.duration=$fall10"
-run wanzhou-energy-1988 wanzhou-energy/paper.toml --set "simulation.duration=$fall10"
-evaluate "wanzhou-energy" "$here/wanzhou-trajectories/evaluate.py" --energy "$out/wanzhou-energy-physical" "$out/wanzhou-energy-1988"
-
-for case in boulder rock-mass; do
-  seconds=$boulder; [ $case = rock-mass ] && seconds=$mass
-  for slope in before shallow deep; do run "k4580-$case-$slope" "k4580-$case/$slope.toml" --set "simulation.duration=$seconds"; done
-  evaluate "k4580-$case" "$here/k4580/evaluate.py" $case "$out/k4580-$case-before" "$out/k4580-$case-shallow" "$out/k4580-$case-deep" -o "$out/k4580-$case.json"
+for case in k4580-boulder k4580-rock-mass k4580-viaduct-damage; do
+  wanted $case || continue
+  directories=
+  for slope in $(span "before shallow deep" "deep"); do
+    case $case in
+      k4580-boulder) short="--set simulation.duration=9" ;;
+      k4580-rock-mass) short="--set simulation.duration=0.2" ;;
+      *) short="--set simulation.duration=0.02 --set structure.viaduct.cell_size=1.0" ;;
+    esac
+    run "$case-$slope" "$case/$slope.toml" $(span "" "$short")
+    directories="$directories $out/$case-$slope"
+  done
+  case $case in
+    k4580-viaduct-damage) judge $case "$here/k4580/evaluate_damage.py" $directories ;;
+    *) judge $case "$here/k4580/evaluate.py" "${case#k4580-}" $directories ;;
+  esac
 done
-"$talus" cut "$here/k4580-rock-mass/before.toml" -o "$out/k4580-cut" || failures=$((failures + 1))
 
-run k4580-viaduct-damage k4580-viaduct-damage/shallow.toml --set "simulation.duration=$damage"
+if wanted tirol-pier; then
+  run tirol-pier tirol-pier/scene.toml $(span "" "--set simulation.duration=4.5")
+  judge tirol-pier "$here/tirol-pier/evaluate.py" "$out/tirol-pier"
+fi
 
-[ $failures = 0 ] && echo "every case ran" || echo "$failures failures"
+[ $failures = 0 ] && echo "every case ran and every figure holds" || echo "$failures failures"
 [ $failures = 0 ]

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Evaluates the K4580 runs: deviations, times, contacts, movement range, deposits, and the paper's orderings.
 
-usage: evaluate.py boulder|rock-mass BEFORE SHALLOW DEEP [-o FILE.json]     (output directories of the three runs)
+usage: evaluate.py boulder|rock-mass DIR... [-o FILE.json]     (output directories, ...-before, ...-shallow, ...-deep)
 
   d   |x(end) - x(0)| of the followed block
   t   first time its centroid is less than 5 m above the road
@@ -89,9 +89,10 @@ def ordering(values):
 
 
 def main():
-    what, directories = sys.argv[1], sys.argv[2:5]
+    what, directories = sys.argv[1], [a for a in sys.argv[2:] if a != "-o" and not a.endswith(".json")]
     result = {}
-    for kind, directory in zip(KINDS, directories):
+    for directory in directories:
+        kind = directory.rstrip("/").split("-")[-1]
         data = read(directory)
         names = data["names"]
         if what == "boulder":
@@ -115,7 +116,7 @@ def main():
         for h in row["hits_t_x_y_z"]:
             print("   contact at t = %.2f s, centroid (%.2f, %.2f, %.2f)" % tuple(h))
     for key in ("d", "t", "ts") + (("r", "r_standard_deviation") if what != "boulder" else ()):
-        values = [result[k].get(key) for k in KINDS]
+        values = [result.get(k, {}).get(key) for k in KINDS]
         print(f"{key}: {values}: before > shallow > deep {ordering(values)}")
         result[key + "_ordering"] = ordering(values)
     if "-o" in sys.argv:

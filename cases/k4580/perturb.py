@@ -1,9 +1,13 @@
 #!/usr/bin/env python3
 """Perturbed releases of the boulder: shifted up the source plane and across by up to 0.2 m, with a push of up to 0.02 m/s across.
 
-usage: perturb.py TALUS NUMBER DIR [SECONDS]     (writes DIR/<slope>-<n>, prints d, t and ts of each and the spread)
+usage: perturb.py TALUS NUMBER DIR [SECONDS]     (writes DIR/<slope>-<n>, prints d, t and ts of each and the spread, which DIR/spread.json keeps)
+
+A run that is there already is not run again, so that a series can be cut short and gone on with.
 """
+import json
 import math
+import os
 import random
 import re
 import subprocess
@@ -31,19 +35,24 @@ def main():
             x, y = p[0] + across, p[1] - up
             z = p[2] - (n[0] * across - n[1] * up) / n[2]       # along the source plane
             out = f"{where}/{kind}-{i + 1}"
-            subprocess.run([talus, "run", scene, "-o", out, "--set", f"simulation.duration={seconds} s", "--set", f"block.boulder.position=[{x!r},{y!r},{z!r}]",
-                            "--set", f"block.boulder.velocity=[{push!r},0,{-n[0] / n[2] * push!r}]", "--set", "output.report=false", "--set", "output.interval=1 s"],
-                           check=True, stdout=subprocess.DEVNULL)
+            if not os.path.exists(f"{out}/summary.json"):
+                subprocess.run([talus, "run", scene, "-o", out, "--threads", "1", "--set", f"simulation.duration={seconds} s", "--set", f"block.boulder.position=[{x!r},{y!r},{z!r}]",
+                                "--set", f"block.boulder.velocity=[{push!r},0,{-n[0] / n[2] * push!r}]", "--set", "output.report=false", "--set", "output.interval=1 s"],
+                               check=True, stdout=subprocess.DEVNULL)
             data = read(out)
             row = follow(data, data["names"].index("boulder"))
             table[kind].append((row["d"], row["t"] if row["t"] is not None else math.nan, row["ts"]))
             print(f"{kind} {i + 1}: d {row['d']:.2f} m, t {row['t']} s, ts {row['ts']:.2f} s{', still moving' if row['still_moving'] else ''}", flush=True)
+    spread = {"releases": number}
     for k, name in enumerate(("d", "t", "ts")):
         for kind in KINDS:
             v = np.array([r[k] for r in table[kind]])
+            spread[f"{name}_{kind}"] = {"mean": float(np.nanmean(v)), "standard_deviation": float(np.nanstd(v)), "least": float(np.nanmin(v)), "largest": float(np.nanmax(v))}
             print(f"{name} {kind}: mean {np.nanmean(v):.2f}, standard deviation {np.nanstd(v):.2f}, least {np.nanmin(v):.2f}, largest {np.nanmax(v):.2f}")
-        both = [table["before"][i][k] > table["shallow"][i][k] > table["deep"][i][k] for i in range(number)]
-        print(f"{name}: before > shallow > deep in {sum(both)} of {number} releases")
+        spread[f"{name}_ordered"] = sum(table["before"][i][k] > table["shallow"][i][k] > table["deep"][i][k] for i in range(number))
+        print(f"{name}: before > shallow > deep in {spread[f'{name}_ordered']} of {number} releases")
+    with open(f"{where}/spread.json", "w") as f:
+        json.dump(spread, f, indent=1)
 
 
 if __name__ == "__main__":

@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
 """Trajectories and energies of the Wanzhou runs against 50 lumped-mass paths.
 
-usage: evaluate.py [--energy] PHYSICAL PAPER [-o FIGURE.png]      (output directories of the two runs)
+usage: evaluate.py [--energy] PHYSICAL PAPER [-o FIGURES.json] [--plot FIGURE.png]      (output directories of the two runs)
 """
+import json
 import sys
 
 import h5py
@@ -13,8 +14,10 @@ from lumped_mass import paths          # noqa: E402
 from make_scenes import PROFILE        # noqa: E402
 
 energy = "--energy" in sys.argv
-figure = sys.argv[sys.argv.index("-o") + 1] if "-o" in sys.argv else None
-directories = [a for a in sys.argv[1:] if not a.startswith("-") and a != figure]
+options = {w: sys.argv[sys.argv.index(w) + 1] for w in ("-o", "--plot") if w in sys.argv}
+figure = options.get("--plot")
+directories = [a for a in sys.argv[1:] if not a.startswith("-") and a not in options.values()]
+figures = {}
 scale = 10.0 if energy else 1.0
 stations = np.array([0.5, 1.0, 1.5, 2.0]) * scale
 lumped = [np.array(p) for p in paths(50, scale)]
@@ -39,15 +42,21 @@ for label, directory in zip(("physical", "1988"), directories):
         t, p = f["history/time"][:], b["position"][:]
         kt, kr, m = b["kinetic_translational"][:], b["kinetic_rotational"][:], b["mass"][:]
         names = [n.decode() for n in b["name"][:]]
+    within, gains, rotational = 0, [], []
     for i, name in enumerate(names):
         total = kt[:, i] + kr[:, i] + m[i] * 9.8 * p[:, i, 2]
         gain = (total.max() - total[0]) / (m[i] * 9.8 * p[0, i, 2])
         h = height_at(p[:, i, 0], p[:, i, 2])
         inside = int(np.sum((h >= low) & (h <= high)))
         share = float(kr[:, i].sum() / max((kt + kr)[:, i].sum(), 1e-300))
+        within += inside
+        gains.append(max(float(gain), 0.0))
+        rotational.append(share)
         tracks[label, name] = (p[:, i, 0], p[:, i, 2], t, kt[:, i], kr[:, i])
         print(f"{label:9s}{name:13s} heights {np.round(h, 3)}: {inside} of {len(stations)} within the lumped-mass paths; largest kinetic energy {np.max((kt + kr)[:, i]):.4g} J; "
               f"rotational share {share:.3f}; energy gained {max(gain, 0):.3g} of the potential energy at the start; ended t = {t[-1]:.3f} s")
+    figures[label] = {"heights_within": within, "heights": len(names) * len(stations), "largest_energy_gain": max(gains), "rotational_share": max(rotational),
+                      "end_time": float(t[-1])}
 
 
 def restitution(omega):
@@ -71,7 +80,12 @@ def restitution(omega):
 
 
 for omega in (0.032, 0.3, 1.0, 14.9):
-    print("restitution of the 1988 scheme at Omega = %g: mean %.3f, from %.3f to %.3f" % (omega, *restitution(omega)))
+    mean, least, largest = restitution(omega)
+    figures[f"restitution_{omega:g}".replace(".", "_")] = {"mean": float(mean), "least": float(least), "largest": float(largest)}
+    print("restitution of the 1988 scheme at Omega = %g: mean %.3f, from %.3f to %.3f" % (omega, mean, least, largest))
+if "-o" in options:
+    with open(options["-o"], "w") as f:
+        json.dump(figures, f, indent=1)
 if figure:
     import matplotlib
     matplotlib.use("Agg")

@@ -15,13 +15,14 @@ double plan_area(const Vec3& a, const Vec3& b, const Vec3& c) { return (b.x() - 
 
 }  // namespace
 
-void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached) {
+void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached,
+              const std::vector<char>& fixed) {
   const int n = static_cast<int>(vertices.size());
   std::vector<std::vector<int>> around(n);
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
     const auto& c = triangles[t];
     if (!(plan_area(vertices[c[0]], vertices[c[1]], vertices[c[2]]) > 0))
-      throw InputError(Problem{.key = "site.decimation_error", .value = fmt::format("{}", error),
+      throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", error),
                                .rule = fmt::format("the terrain is steeper than vertical at triangle {}, so that a vertical error means nothing", t),
                                .remedy = "leave the key out, or give a terrain that is a function z(x, y)"});
     for (int v : c) around[v].push_back(t);
@@ -49,7 +50,7 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
   // Flat places first: what they give up costs nothing, and leaves the allowance to the rest.
   for (const double share : {1e-9, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.0}) {
     for (int v = 0; v < n; ++v) {
-      if (around[v].size() < 3 || around[v].size() > 24 || !ring_of(v, ring)) continue;
+      if ((!fixed.empty() && fixed[v]) || around[v].size() < 3 || around[v].size() > 24 || !ring_of(v, ring)) continue;
       const int k = static_cast<int>(ring.size());
       double before = 0, best = share * error;
       for (int t : around[v]) before = std::max(before, lost[t]);

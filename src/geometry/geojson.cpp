@@ -33,6 +33,48 @@ void add(const json& node, Area& area) {
   }
 }
 
+/// Name of the coordinate system, where the file carries one (the "crs" member that GIS programs write).
+std::string crs_of(const json& root) {
+  if (!root.is_object() || !root.contains("crs") || root["crs"].is_null()) return "";
+  return root["crs"].value("properties", json::object()).value("name", "");
+}
+
+void add_line(const json& points, BreakLines& out) {
+  std::vector<Vec3> line;
+  for (const json& p : points) line.emplace_back(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
+  if (line.size() >= 2) out.lines.push_back(std::move(line));
+}
+
+void add(const json& node, BreakLines& out) {
+  const std::string type = node.at("type");
+  if (type == "FeatureCollection") {
+    for (const json& f : node.at("features")) add(f, out);
+  } else if (type == "Feature") {
+    if (!node.at("geometry").is_null()) add(node.at("geometry"), out);
+  } else if (type == "GeometryCollection") {
+    for (const json& g : node.at("geometries")) add(g, out);
+  } else if (type == "LineString") {
+    add_line(node.at("coordinates"), out);
+  } else if (type == "MultiLineString") {
+    for (const json& l : node.at("coordinates")) add_line(l, out);
+  }
+}
+
+template <class Found>
+Found read_geojson(const std::string& path, const std::string& expected) {
+  std::ifstream in(path);
+  if (!in) throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read", .remedy = "check the path"});
+  Found found;
+  try {
+    const json root = json::parse(in);
+    add(root, found);
+    found.crs = crs_of(root);
+  } catch (const json::exception& e) {
+    throw InputError(Problem{.file = path, .key = "geojson", .value = e.what(), .rule = "is not GeoJSON as needed here", .remedy = expected});
+  }
+  return found;
+}
+
 }  // namespace
 
 bool Area::contains(double x, double y) const {
@@ -46,17 +88,17 @@ bool Area::contains(double x, double y) const {
 }
 
 Area read_area(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read", .remedy = "check the path"});
-  Area area;
-  try {
-    add(json::parse(in), area);
-  } catch (const json::exception& e) {
-    throw InputError(Problem{.file = path, .key = "geojson", .value = e.what(), .rule = "is not GeoJSON", .remedy = "export the polygons as GeoJSON"});
-  }
+  Area area = read_geojson<Area>(path, "export the polygons as GeoJSON");
   if (area.rings.empty())
     throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no polygon", .remedy = "give Polygon or MultiPolygon geometries"});
   return area;
+}
+
+BreakLines read_breaklines(const std::string& path) {
+  BreakLines found = read_geojson<BreakLines>(path, "export the lines as GeoJSON with a height at each point: [x, y, z]");
+  if (found.lines.empty())
+    throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no line", .remedy = "give LineString or MultiLineString geometries with [x, y, z]"});
+  return found;
 }
 
 }  // namespace talus::geometry

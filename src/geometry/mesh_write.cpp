@@ -84,8 +84,8 @@ void vtu(fmt::memory_buffer& out, const Mesh& mesh) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) fmt::format_to(it, "5\n");
   fmt::format_to(it, "</DataArray></Cells>\n");
   if (!mesh.group.empty()) {
-    fmt::format_to(it, "<CellData><DataArray type=\"Int32\" Name=\"group\" format=\"ascii\">\n");
-    for (int g : mesh.group) fmt::format_to(it, "{}\n", g);
+    fmt::format_to(it, "<CellData><DataArray type=\"Int32\" Name=\"block\" format=\"ascii\">\n");
+    for (int g : mesh.group) fmt::format_to(it, "{}\n", g + 1);
     fmt::format_to(it, "</DataArray></CellData>\n");
   }
   fmt::format_to(it, "</Piece></UnstructuredGrid></VTKFile>\n");

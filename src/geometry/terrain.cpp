@@ -111,6 +111,18 @@ void widen(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangl
     }
 }
 
+/// Doubles resolve 1e-9 m up to some 4e6 m: contact needs that resolution.
+void warn_of_far_origin(const TriangleSurface& surface, const std::string& name, std::vector<Problem>& warnings) {
+  Box3 box;
+  for (const Vec3& v : surface.vertices) box.extend(v);
+  const Vec3 c = box.center();
+  if (std::max(std::abs(c.x()), std::abs(c.y())) < 1e5) return;
+  warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = "site.origin",
+                      .value = fmt::format("the terrain's middle is at [{:.0f}, {:.0f}]", c.x(), c.y()),
+                      .rule = "far from the scene's origin: positions lose digits that contact needs",
+                      .remedy = fmt::format("give site.origin, e.g. [{:.0f}, {:.0f}, 0], and block positions relative to it", c.x(), c.y())});
+}
+
 }  // namespace
 
 bool Terrain::over_hole(double x, double y) const {
@@ -126,16 +138,20 @@ bool Terrain::over_hole(double x, double y) const {
 Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
                      const std::string& name) {
   Terrain out;
-  double size_sq = 0;
-  {
-    Box3 box;
-    for (const Vec3& v : vertices) {
-      if (!v.allFinite())
-        throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
-      box.extend(v);
-    }
-    if (!vertices.empty()) size_sq = box.diagonal().squaredNorm();
+  for (const Vec3& v : vertices)
+    if (!v.allFinite())
+      throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
+  std::vector<char> fixed;
+  if (!options.breaklines.empty()) {
+    BreakLines lines = read_breaklines(options.breaklines);
+    expect_same_crs(options.crs, lines.crs, options.breaklines, "site.breaklines");
+    for (auto& line : lines.lines)
+      for (Vec3& p : line) p -= options.origin;
+    insert_lines(vertices, triangles, lines.lines, options.breaklines, fixed);
   }
+  Box3 box;
+  for (const Vec3& v : vertices) box.extend(v);
+  const double size_sq = vertices.empty() ? 0 : box.diagonal().squaredNorm();
   std::size_t kept = 0, flat = 0;
   for (auto t : triangles) {
     const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
@@ -161,7 +177,7 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
     out.warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = "site.terrain",
                             .value = fmt::format("{}", flat), .rule = "triangles of no area were left out", .remedy = "none needed"});
   out.triangles_read = kept;
-  if (options.decimation_error > 0) decimate(vertices, triangles, options.decimation_error, out.decimation_reached);
+  if (options.decimation_error > 0) decimate(vertices, triangles, options.decimation_error, out.decimation_reached, fixed);
   if (options.widen > 0) widen(vertices, triangles, options.widen);
   // Vertices that no triangle uses any more would only slow the search down.
   std::vector<int> number(vertices.size(), -1);
@@ -182,43 +198,29 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
   s.triangles = std::move(triangles);
   s.two_sided = options.two_sided;
   s.default_material = options.default_material;
-  if (!options.material_areas.empty()) {
-    s.material.assign(s.triangles.size(), options.default_material);
-    for (const auto& area : options.material_areas) {
-      const Area polygon = read_area(area.polygon_file);
-      std::size_t covered = 0;
-      for (std::size_t t = 0; t < s.triangles.size(); ++t) {
-        const auto& c = s.triangles[t];
-        const Vec3 m = (s.vertices[c[0]] + s.vertices[c[1]] + s.vertices[c[2]]) / 3 + options.origin;
-        if (polygon.contains(m.x(), m.y())) s.material[t] = area.material, ++covered;
-      }
-      if (covered == 0)
-        out.warnings.push_back({.severity = Problem::Severity::warning, .file = area.polygon_file, .key = "site.material_areas",
-                                .rule = "covers no triangle of the terrain", .remedy = "check that it is in the terrain's map coordinates"});
-    }
-  }
+  assign_materials(s, options, out.warnings);
+  warn_of_far_origin(s, name, out.warnings);
   return out;
 }
 
 Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   if (options.decimation_error < 0 || !std::isfinite(options.decimation_error))
-    throw InputError(Problem{.key = "site.decimation_error", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
+    throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
+  if (path.empty()) return make_terrain({}, {}, options, options.breaklines);
   if (is_mesh_file(path)) {
     Mesh mesh = read_mesh(path);
     for (Vec3& v : mesh.vertices) v -= options.origin;
     return make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), options, path);
   }
   const Raster raster = read_raster(path);
-  if (!options.crs.empty() && !raster.crs.empty() && same_crs(options.crs, raster.crs) == 0)
-    throw InputError(Problem{.file = path, .key = "site.crs", .value = options.crs,
-                             .rule = "the raster is in another coordinate system: " + raster.crs.substr(0, 80),
-                             .remedy = "warp the raster (gdalwarp -t_srs) or correct crs"});
+  expect_same_crs(options.crs, raster.crs, path, "site.crs");
   Terrain grid;
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;
   triangulate_grid(raster, options, path, grid, vertices, triangles);
   TerrainOptions rest = options;
   rest.crop.reset();  // already done, on whole cells
+  if (rest.crs.empty()) rest.crs = raster.crs;
   Terrain out = make_terrain(std::move(vertices), std::move(triangles), rest, path);
   out.grid = std::move(grid.grid);
   out.crs = raster.crs;

@@ -24,9 +24,12 @@ struct TerrainOptions {
   double decimation_error = 0;      // largest vertical error allowed [m]; 0: all triangles are kept
   double widen = 0;                 // lateral limits moved outward by this much, level with the edge [m]
   std::string crs;                  // the scene's; a raster in another system is an error; empty: not checked
+  std::string breaklines;           // GeoJSON lines with heights, map coordinates; empty: none
   struct MaterialArea {
-    std::string polygon_file;       // GeoJSON, map coordinates; later areas win
-    int material = 0;
+    std::string polygon_file;       // GeoJSON, map coordinates; empty: raster
+    std::string raster_file;        // classes of ground; the cells that hold `value` are the area
+    double value = 0;
+    int material = 0;               // later areas win
   };
   std::vector<MaterialArea> material_areas;
 };
@@ -50,14 +53,14 @@ struct Terrain {
   bool over_hole(double x, double y) const;
 };
 
-/// Throws InputError naming the file and what to do.
+/// Throws InputError naming the file and what to do. Without a path: of `options.breaklines` alone.
 Terrain load_terrain(const std::string& path, const TerrainOptions& options = {});
 
 /// Terrain surface from a mesh in memory (orientation, crop, materials and decimation as above).
 Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
                      const std::string& name);
 
-/// A slope in the paper's way: planar sub-faces one below the other, each going down along `dip_direction` at its dip
+/// A slope in words: planar sub-faces one below the other, each going down along `dip_direction` at its dip
 /// for its length; the profile is extruded sideways by `width`.
 struct SlopeFace {
   double dip = 0;     // [rad]; negative: rises
@@ -68,13 +71,37 @@ TriangleSurface slope_from_faces(const Vec3& crest, double dip_direction, const 
 /// Areas of a GeoJSON file: polygons and multipolygons, rings of [x, y] in map coordinates; holes by the even-odd rule.
 struct Area {
   std::vector<std::vector<Eigen::Vector2d>> rings;
+  std::string crs;  // of the file, if it names one
   bool contains(double x, double y) const;
 };
 Area read_area(const std::string& path);
 
+/// Lines of a GeoJSON file, points [x, y, z] in map coordinates.
+struct BreakLines {
+  std::vector<std::vector<Vec3>> lines;
+  std::string crs;
+};
+BreakLines read_breaklines(const std::string& path);
+
+/// Surface whose edges hold the given lines: a constrained Delaunay triangulation in plan of the surface's vertices and the lines'. Without a
+/// surface, of the lines alone. Vertices nearer to a line (in plan) than half the mean edge of the surface give way to it. `fixed` is set for
+/// the lines' vertices. Lines may meet at their points only; throws InputError naming the place where they cross.
+void insert_lines(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, const std::vector<std::vector<Vec3>>& lines,
+                  const std::string& name, std::vector<char>& fixed);
+
+/// Sets the material of each triangle by the areas; throws InputError where an area lies in another coordinate system or off the terrain.
+void assign_materials(TriangleSurface& surface, const TerrainOptions& options, std::vector<Problem>& warnings);
+
+/// Throws InputError if both systems are known and differ.
+void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file, const std::string& key);
+
+/// Height of the highest point of the surface within a rectangle in plan; -infinity if none lies there.
+double highest_within(const TriangleSurface& surface, const Eigen::AlignedBox2d& rectangle);
+
 /// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically, everywhere.
-/// Border vertices stay. `error_reached` is a bound of the largest difference of the result, at most `error`. Only for surfaces that are a
+/// Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them. `error_reached` is a bound of the largest difference of the result, at most `error`. Only for surfaces that are a
 /// function z(x, y).
-void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached);
+void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached,
+              const std::vector<char>& fixed = {});
 
 }  // namespace talus::geometry

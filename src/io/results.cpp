@@ -228,6 +228,8 @@ std::vector<std::int32_t> flat(const std::vector<std::array<int, N>>& v) {
   return out;
 }
 
+}  // namespace
+
 void write_geometry(Hdf5File& file, const RunHeader& h) {
   std::vector<double> vertices, mass, volume;
   std::vector<std::int64_t> vertex_offset{0}, face_vertices, face_offset{0}, block_face_offset{0};
@@ -294,6 +296,8 @@ void write_geometry(Hdf5File& file, const RunHeader& h) {
   file.write("/plan", h.plan, "what was computed and what was left out");
   file.write("/materials", h.materials, "names of the materials");
 }
+
+namespace {
 
 /// Writes frame groups; arrays equal to those of the frame before are linked, not written again.
 class FieldWriter {

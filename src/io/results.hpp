@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/hdf5_file.hpp"
 #include "io/summary.hpp"
 
 namespace talus::io {
@@ -17,6 +18,9 @@ struct BuiltResults {
 
 /// Writes results.h5 and results.xdmf of `directory` (each swapped in by rename). Reads the journal up to `limit` bytes.
 BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome = nullptr, std::uint64_t limit = ~std::uint64_t{0});
+
+/// What does not change with time: /geometry, names, materials, the plan.
+void write_geometry(Hdf5File& file, const sim::RunHeader& header);
 
 std::string encode_outcome(const Outcome& outcome);
 Outcome decode_outcome(std::string_view bytes);

@@ -52,7 +52,14 @@ std::vector<Key> block_keys() {
       {.path = "block.material", .type = Type::text, .doc = "Material of the block.", .required = "always in block"},
   };
   add_shape(keys, "block");
-  keys.push_back({.path = "block.position", .type = Type::vector, .dimension = length, .doc = "Centroid at t = 0.", .required = "unless the block has a file"});
+  keys.push_back({.path = "block.position", .type = Type::vector, .dimension = length, .doc = "Centroid at t = 0.", .required = "unless the block has a file or a release"});
+  keys.insert(keys.end(),
+              {{.path = "block.release", .type = Type::table, .doc = "A release area in place of a position: copies NAME-1, NAME-2, ... start at random places, apart from each other."},
+               {.path = "block.release.polygon", .type = Type::path, .doc = "GeoJSON with polygons, in the terrain's map coordinates: the centroids start within.", .required = "always in block.release"},
+               {.path = "block.release.count", .type = Type::integer, .fallback = "1", .doc = "Number of copies.", .min = 1, .max = 100000},
+               {.path = "block.release.height", .type = Type::quantity, .dimension = length, .fallback = "0.1 m", .doc = "Of the lowest point of the block above the highest ground in its plan.", .min = 0, .above = true},
+               {.path = "block.release.turn", .type = Type::boolean, .fallback = "true", .doc = "Each copy is turned at random, uniformly over all orientations."},
+               {.path = "block.release.seed", .type = Type::integer, .fallback = "1", .doc = "The same seed gives the same places and orientations.", .min = 0, .max = 4294967295.0}});
   add_orientation(keys, "block");
   keys.insert(keys.end(),
               {{.path = "block.velocity", .type = Type::vector, .dimension = velocity, .fallback = "[0.0, 0.0, 0.0]", .doc = "Velocity of the centroid at t = 0."},

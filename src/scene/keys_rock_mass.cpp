@@ -8,10 +8,11 @@ std::vector<Key> rock_mass_keys() {
   constexpr double turn = 6.2831853071795865, quarter = 1.5707963267948967;
   return {
       {.path = "rock_mass", .type = Type::table, .doc = "A rock mass that joints cut into blocks."},
-      {.path = "rock_mass.region", .type = Type::path, .doc = "Closed mesh of the region, convex or not.", .required = "unless box is given"},
+      {.path = "rock_mass.region", .type = Type::path, .doc = "Closed mesh of the region, convex or not.", .required = "unless box or blocks are given"},
       {.path = "rock_mass.box", .type = Type::table, .doc = "The region as a box, in place of a mesh."},
       {.path = "rock_mass.box.min", .type = Type::vector, .dimension = length, .doc = "Lower corner.", .required = "always in rock_mass.box"},
       {.path = "rock_mass.box.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in rock_mass.box"},
+      {.path = "rock_mass.blocks", .type = Type::path, .doc = "Blocks that are cut already, in place of region and joints: OBJ with a group for each block, or VTU with the cell data \"block\", as `talus cut` writes them. They keep the names of their groups."},
       {.path = "rock_mass.material", .type = Type::text, .doc = "Material of the blocks.", .required = "always in rock_mass"},
       {.path = "rock_mass.deformable", .type = Type::boolean, .doc = "As block.deformable."},
       {.path = "rock_mass.least_volume", .type = Type::quantity, .dimension = volume, .fallback = "0 m^3", .doc = "Blocks below this volume are merged with a neighbour; the mass is kept.", .min = 0},

@@ -185,7 +185,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   std::error_code error;
   const fs::path absolute = fs::absolute(path, error).lexically_normal();
   scene.file = absolute.string();
-  Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}};
+  Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}, {}};
   const View view(root, "", problems);
   scene.title = view.text("title");
   read_resolved_header(in, view);

@@ -58,10 +58,34 @@ void read_materials(Reading& in, const View& root) {
     }
 }
 
+namespace {
+
+/// A slope of plane faces from its crest downwards.
+void read_slope(const View& view, Site& site) {
+  for (const View& face : view.tables("face")) site.faces.push_back({face.number("dip"), face.number("length")});
+  if (site.faces.empty()) {
+    for (const char* key : {"crest", "dip_direction", "width"})
+      if (view.has(key)) view.problem(key, "only a slope of [[site.face]] has it", "add faces, or remove it");
+    return;
+  }
+  for (const char* key : {"terrain", "breaklines"})
+    if (view.has(key)) view.problem("face", fmt::format("the terrain is given by {} already", key), "give one of them");
+  view.missing("dip_direction");
+  view.missing("width");
+  site.crest = view.vector("crest");
+  site.dip_direction = view.number("dip_direction");
+  site.width = view.number("width");
+}
+
+}  // namespace
+
 void read_site(Reading& in, const View& root) {
   if (const auto view = root.table("site")) {
     Site site;
     site.terrain = in.file(*view, "terrain");
+    site.breaklines = in.file(*view, "breaklines");
+    read_slope(*view, site);
+    if (!view->has("terrain") && !view->has("breaklines") && site.faces.empty()) view->missing("terrain", "or breaklines, or face");
     site.material = in.material(*view, "material", true);
     site.two_sided = view->flag("two_sided");
     site.decimation_error = view->number("decimation");
@@ -75,7 +99,14 @@ void read_site(Reading& in, const View& root) {
       if (crop->get("min") && crop->get("max") && !(low.array() < high.array()).all()) crop->problem("max", "must be greater than min in every direction", "swap the corners");
       site.crop = Box3(low, high);
     }
-    for (const View& area : view->tables("area")) site.material_areas.push_back({in.file(area, "polygon"), in.material(area, "material", true)});
+    for (const View& area : view->tables("area")) {
+      const bool by_raster = area.has("raster");
+      if (by_raster && area.has("polygon")) area.problem("raster", "the area is given twice", "give polygon, or raster and value");
+      if (by_raster) area.missing("value", "the class of ground meant");
+      else area.missing("polygon", "or raster and value");
+      if (!by_raster && area.has("value")) area.problem("value", "a polygon has no classes", "remove it, or give a raster");
+      site.material_areas.push_back({in.file(area, "polygon"), in.file(area, "raster"), area.number("value"), in.material(area, "material", true)});
+    }
     in.scene.site = site;
   }
   for (const View& view : root.tables("plane")) {
@@ -233,6 +264,26 @@ void need_density(const View& view, const Scene& scene, int material) {
 }
 }  // namespace
 
+namespace {
+
+/// Where copies of a block start: at random within polygons, above the ground.
+std::optional<Release> read_release(Reading& in, const View& block) {
+  const auto view = block.table("release");
+  if (!view) return std::nullopt;
+  for (const char* key : {"position", "orientation", "fixed", "fixed_points"})
+    if (block.has(key)) block.problem(key, "a block with a release area has none of its own", "remove it, or release");
+  Release r;
+  r.polygon = in.file(*view, "polygon");
+  r.count = static_cast<int>(view->integer("count"));
+  r.height = view->number("height");
+  r.seed = static_cast<unsigned>(view->integer("seed"));
+  r.turn = view->flag("turn");
+  if (!in.scene.site && in.scene.planes.empty()) view->problem("polygon", "there is no ground to release above", "add [site] or a [[plane]]");
+  return r;
+}
+
+}  // namespace
+
 void read_blocks(Reading& in, const View& root) {
   std::map<std::string, int> taken;
   int place = 0;
@@ -243,7 +294,8 @@ void read_blocks(Reading& in, const View& root) {
     need_density(view, in.scene, b.material);
     b.shape = read_shape(in, view);
     b.position = view.maybe_vector("position");
-    if (b.shape.kind != "file") view.missing("position");
+    b.release = read_release(in, view);
+    if (b.shape.kind != "file" && !b.release) view.missing("position", "or release");
     b.rotation = read_orientation(view);
     b.velocity = view.vector("velocity");
     b.spin = view.vector("spin");
@@ -269,8 +321,14 @@ void read_rock_mass(Reading& in, const View& root) {
     if (box->get("min") && box->get("max") && !(low.array() < high.array()).all()) box->problem("max", "must be greater than min in every direction", "swap the corners");
     mass.box = Box3(low, high);
   }
+  mass.blocks = in.file(*view, "blocks");
   if (view->has("region") && view->has("box")) view->problem("box", "the region is given twice", "give region, or box");
-  if (!view->has("box")) view->missing("region", "or box");
+  if (view->has("blocks")) {
+    for (const char* key : {"region", "box", "joint_set", "joint", "least_volume", "prefix"})
+      if (view->has(key)) view->problem(key, "the blocks are cut already", "remove it, or blocks");
+  } else if (!view->has("box")) {
+    view->missing("region", "or box, or blocks");
+  }
   mass.material = in.material(*view, "material");
   need_density(*view, in.scene, mass.material);
   mass.deformable = deformable(*view, in.scene, mass.material, false);

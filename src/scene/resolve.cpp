@@ -82,6 +82,12 @@ Json interface(const Scene& scene, int a, int b) {
 
 Json rock_mass(const RockMass& mass, const std::string& material) {
   Json out;
+  if (!mass.blocks.empty()) {
+    out["blocks"] = mass.blocks;
+    out["material"] = material;
+    out["deformable"] = mass.deformable;
+    return out;
+  }
   if (!mass.region.empty()) out["region"] = mass.region;
   if (mass.box) out["box"] = box(*mass.box);
   out["material"] = material;
@@ -199,7 +205,14 @@ std::string resolved_json(const Scene& scene) {
   if (scene.site) {
     const Site& s = *scene.site;
     Json site;
-    site["terrain"] = s.terrain;
+    if (!s.terrain.empty()) site["terrain"] = s.terrain;
+    if (!s.breaklines.empty()) site["breaklines"] = s.breaklines;
+    if (!s.faces.empty()) {
+      site["crest"] = vec(s.crest);
+      site["dip_direction"] = s.dip_direction;
+      site["width"] = s.width;
+    }
+    for (const auto& face : s.faces) site["face"].push_back({{"dip", face.dip}, {"length", face.length}});
     site["material"] = material(s.material);
     site["two_sided"] = s.two_sided;
     site["decimation"] = s.decimation_error;
@@ -207,7 +220,13 @@ std::string resolved_json(const Scene& scene) {
     if (s.crop) site["crop"] = box(*s.crop);
     site["crs"] = s.crs;
     site["origin"] = vec(s.origin);
-    for (const auto& area : s.material_areas) site["area"].push_back({{"polygon", area.polygon_file}, {"material", material(area.material)}});
+    for (const auto& area : s.material_areas) {
+      Json one;
+      if (area.raster_file.empty()) one["polygon"] = area.polygon_file;
+      else one["raster"] = area.raster_file, one["value"] = area.value;
+      one["material"] = material(area.material);
+      site["area"].push_back(one);
+    }
     out["site"] = site;
   }
   for (const Plane& p : scene.planes) out["plane"].push_back({{"point", vec(p.point)}, {"normal", vec(p.normal)}, {"material", material(p.material)}});
@@ -235,7 +254,10 @@ std::string resolved_json(const Scene& scene) {
     }
     block["velocity"] = vec(b.velocity);
     block["spin"] = vec(b.spin);
-    block["fixed"] = b.fixed;
+    if (b.release)
+      block["release"] = {{"polygon", b.release->polygon}, {"count", b.release->count}, {"height", b.release->height}, {"seed", b.release->seed}, {"turn", b.release->turn}};
+    else
+      block["fixed"] = b.fixed;
     if (!b.fixed_points.empty()) block["fixed_points"] = list(b.fixed_points);
     if (scene.simulation.method == Simulation::Method::talus) block["deformable"] = b.deformable;
     out["block"].push_back(block);

@@ -47,8 +47,14 @@ struct Site {
   std::optional<Box3> crop;     // in scene coordinates
   std::string crs;
   Vec3 origin = Vec3::Zero();   // map coordinates of the scene origin (subtracted from the terrain)
-  struct MaterialArea { std::string polygon_file; int material; };
+  struct MaterialArea { std::string polygon_file, raster_file; double value; int material; };   // polygon, or cells of the raster with the value
   std::vector<MaterialArea> material_areas;
+  std::string breaklines;       // absolute path; empty: none
+  struct Face { double dip, length; };   // [rad], [m]
+  std::vector<Face> faces;      // a slope in words, in place of a terrain file
+  Vec3 crest = Vec3::Zero();    // middle of its upper edge
+  double dip_direction = 0, width = 0;   // [rad], [m]
+  bool given() const { return !terrain.empty() || !breaklines.empty() || !faces.empty(); }
 };
 
 struct Shape {
@@ -63,11 +69,21 @@ struct Shape {
   Vec3 aspect = Vec3::Ones();
 };
 
+/// Copies of a block that start at random places of an area.
+struct Release {
+  std::string polygon;          // absolute path of the GeoJSON, map coordinates
+  int count = 1;
+  double height = 0;            // of the lowest point above the highest ground below the block [m]
+  unsigned seed = 1;
+  bool turn = true;             // random orientation
+};
+
 struct Block {
   std::string name;
   int material = 0;
   Shape shape;
-  std::optional<Vec3> position; // absent only for shape.kind == "file"
+  std::optional<Vec3> position; // absent only for shape.kind == "file" and with a release
+  std::optional<Release> release;
   Mat3 rotation = Mat3::Identity();
   Vec3 velocity = Vec3::Zero(), spin = Vec3::Zero();
   bool fixed = false;
@@ -97,6 +113,7 @@ struct Joint {
   double bond_tension = 0, bond_shear = 0;   // strength of the rock bridge beyond its border [Pa]; 0: it does not break
 };
 struct RockMass {
+  std::string blocks;                  // absolute path of a block system that is cut already; empty: cut
   std::string region;                  // absolute path; empty: box
   std::optional<Box3> box;
   int material = 0;

@@ -1,15 +1,17 @@
 // The only place that decides what exists.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "core/error.hpp"
 #include "coupling/touch.hpp"
 #include "geometry/mass_properties.hpp"
-#include "sim/rock_mass.hpp"
+#include "geometry/block_output.hpp"
 #include "geometry/shape.hpp"
-#include "geometry/terrain.hpp"
+#include "sim/ground.hpp"
+#include "sim/rock_mass.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
@@ -45,10 +47,11 @@ class Builder {
   std::unique_ptr<World> build() {
     const scene::Scene& s = world_->scene;
     model_.gravity = s.simulation.gravity;
+    add_terrain();
     for (const scene::Block& b : s.blocks) add_block(b);
     add_rock_mass();
     refuse_what_is_missing();
-    add_terrain();
+    check_ground();
     env_.planes = s.planes;
     env_.laws = s.laws;
     if (problems_.empty()) add_structures();
@@ -86,7 +89,16 @@ class Builder {
     problems_.push_back(std::move(p));
   }
 
+  void add_problems(const std::vector<Problem>& found) {
+    for (Problem p : found) {
+      if (p.file.empty()) p.file = world_->scene.file;
+      problems_.push_back(std::move(p));
+    }
+  }
+
   void push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
+    if (!names_.insert(b.name).second)
+      problem("block." + b.name, b.name, "two blocks have this name", "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their groups");
     dda::State& s = state_.blocks;
     s.c.push_back(c);
     s.v.push_back(v);
@@ -122,6 +134,7 @@ class Builder {
     try {
       const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
       geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
+      if (b.release) return add_copies(b, shape.body);
       dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
       const Vec3 c = b.position ? *b.position : shape.shift;
       block.fixed = b.fixed;
@@ -137,6 +150,12 @@ class Builder {
         problems_.push_back(std::move(p));
       }
     }
+  }
+
+  void add_copies(const scene::Block& b, const Polyhedron& body) {
+    int serial = 0;
+    for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_ ? &*terrain_ : nullptr, occupied_))
+      push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation, b.velocity, b.spin);
   }
 
   /// Keys that the scene format has and this version cannot honour: an error each, never a silent drop.
@@ -166,12 +185,10 @@ class Builder {
     if (!mass) return;
     geometry::CutResult cut;
     try {
+      if (!mass->blocks.empty()) return add_block_system(*mass);
       cut = geometry::cut(cut_spec(*mass));
     } catch (const InputError& e) {
-      for (Problem p : e.problems()) {
-        if (p.file.empty()) p.file = world_->scene.file;
-        problems_.push_back(std::move(p));
-      }
+      add_problems(e.problems());
       return;
     }
     for (const Problem& w : cut.warnings) world_->scene.warnings.push_back(w);
@@ -204,33 +221,40 @@ class Builder {
                                         cut.region_volume, cut.merged, env_.bonds.size()));
   }
 
+  void add_block_system(const scene::RockMass& mass) {
+    double volume = 0;
+    std::vector<geometry::NamedBlock> blocks = geometry::read_block_system(mass.blocks);
+    for (geometry::NamedBlock& b : blocks) {
+      volume += b.volume;
+      push(make_block(b.name, std::move(b.body), mass.material, mass.deformable), b.centroid, Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+    }
+    world_->notes.push_back(fmt::format("Rock mass: {} blocks of {:.6g} m^3, read from {}.", blocks.size(), volume, mass.blocks));
+  }
+
   void add_terrain() {
-    const auto& site = world_->scene.site;
-    if (!site || site->terrain.empty()) return;
-    geometry::TerrainOptions o;
-    o.two_sided = site->two_sided;
-    o.default_material = site->material;
-    o.origin = site->origin;
-    o.crop = site->crop;
-    o.decimation_error = site->decimation_error;
-    o.widen = site->widen;
-    o.crs = site->crs;
-    for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.material});
     try {
-      terrain_ = geometry::load_terrain(site->terrain, o);
+      terrain_ = load_ground(world_->scene.site);
     } catch (const InputError& e) {
-      problems_.insert(problems_.end(), e.problems().begin(), e.problems().end());
+      add_problems(e.problems());
       return;
     }
+    if (!terrain_) return;
     for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
     env_.terrain = std::make_unique<contact::SurfaceIndex>(terrain_->surface);
-    for (std::size_t i = 0; i < model_.blocks.size(); ++i) {
-      const Vec3& c = state_.blocks.c[i];
-      if (terrain_->over_hole(c.x(), c.y()))
-        problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
-                "the terrain has no data (NODATA) under the block",
-                "move the block, or fill the hole in the grid before use");
-    }
+    if (terrain_->decimation_reached > 0)
+      world_->notes.push_back(fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.", terrain_->surface.triangles.size(),
+                                          terrain_->triangles_read, terrain_->decimation_reached));
+  }
+
+  void check_ground() {
+    if (!terrain_) return;
+    const Box3 box = env_.terrain->bounds();
+    const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
+    for (std::size_t i = 0; i < model_.blocks.size(); ++i)
+      for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty())) {
+        p.file = world_->scene.file;
+        (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
+      }
   }
 
   void add_structures() {
@@ -337,6 +361,8 @@ class Builder {
   coupling::SystemState state_;
   coupling::Environment env_;
   std::optional<geometry::Terrain> terrain_;
+  std::set<std::string> names_;
+  Occupied occupied_;   // by blocks of release areas
   std::vector<Problem> problems_;
 };
 

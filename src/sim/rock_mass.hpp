@@ -34,6 +34,8 @@ inline geometry::CutSpec cut_spec(const scene::RockMass& mass) {
     s.through = j.through;
     s.radius = j.radius;
     s.polygon = j.polygon;
+    s.bond_tension = j.bond_tension;
+    s.bond_shear = j.bond_shear;
     spec.joints.push_back(std::move(s));
   }
   return spec;

@@ -8,6 +8,7 @@
 #include <map>
 #include <numbers>
 
+#include "geometry/block_output.hpp"
 #include "geometry/mass_properties.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/random.hpp"
@@ -386,6 +387,54 @@ TEST(Cut, BadInputIsTold) {
   s = {};
   s.region = mesh.path;
   EXPECT_NE(keys(s).find("mesh edge"), std::string::npos);
+}
+
+TEST(Cut, RegionsThatAreNoVolumeAreRefused) {
+  const auto rule = [](const Mesh& m) -> std::string {
+    const TemporaryMesh mesh("bad", m);
+    CutSpec s;
+    s.region = mesh.path;
+    try {
+      cut(s);
+    } catch (const InputError& e) {
+      std::string all;
+      for (const Problem& p : e.problems()) all += p.key + ": " + p.rule + "; " + p.remedy + "\n";
+      return all;
+    }
+    return "";
+  };
+  Mesh holed = ell();
+  holed.triangles.erase(holed.triangles.begin() + 2);
+  EXPECT_NE(rule(holed).find("edge"), std::string::npos) << rule(holed);
+  Mesh crossing = ell();  // one corner of the top pushed through the bottom
+  crossing.vertices[6].z() = -0.5;
+  EXPECT_NE(rule(crossing).find("cross"), std::string::npos) << rule(crossing);
+  Mesh inside_out = ell();
+  for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
+  EXPECT_NE(rule(inside_out), "");
+}
+
+TEST(Cut, BlockSystemsGoOutAndIn) {
+  CutSpec s = box_spec({4, 3, 2});
+  s.joint_sets = {joint_set("a", 267, 87, 1.1), joint_set("b", 92, 88, 0.9)};
+  s.least_volume = 0.2;
+  const CutResult r = cut(s);
+  const std::string base = (std::filesystem::temp_directory_path() / ("talus_cut_" + std::to_string(::getpid()) + "_system")).string();
+  write_mesh(base + ".obj", block_system(r));
+  write_blocks_vtu(base + "_polygons.vtu", r);
+  write_mesh(base + "_triangles.vtu", read_mesh(base + ".obj"));
+  for (const std::string& file : {base + ".obj", base + "_polygons.vtu", base + "_triangles.vtu"}) {
+    const auto blocks = read_block_system(file);
+    ASSERT_EQ(blocks.size(), r.blocks.size()) << file;
+    for (std::size_t k = 0; k < blocks.size(); ++k) {
+      EXPECT_EQ(blocks[k].name, "R" + std::to_string(k + 1));
+      EXPECT_NEAR(blocks[k].volume, r.blocks[k].volume, 1e-12);
+      EXPECT_LT((blocks[k].centroid - r.blocks[k].centroid).norm(), 1e-12);
+      EXPECT_EQ(blocks[k].body.faces(), r.blocks[k].body.faces());
+      EXPECT_EQ(blocks[k].body.convex, r.blocks[k].body.convex);
+    }
+    std::filesystem::remove(file);
+  }
 }
 
 TEST(Cut, RandomJointSets) {

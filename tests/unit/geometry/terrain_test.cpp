@@ -98,7 +98,7 @@ TEST(Terrain, MaterialsByPolygon) {
   TerrainOptions o;
   o.origin = {1000, 2000, 0};
   o.default_material = 3;
-  o.material_areas.push_back({area.path, 7});
+  o.material_areas.push_back({area.path, "", 0, 7});
   const Terrain t = load_terrain(file.path, o);
   ASSERT_EQ(t.surface.material.size(), 8u);
   int sevens = 0;
@@ -109,6 +109,132 @@ TEST(Terrain, MaterialsByPolygon) {
     sevens += t.surface.material[k] == 7;
   }
   EXPECT_EQ(sevens, 4);
+}
+
+TEST(Terrain, MaterialsByRasterOfClasses) {
+  const TemporaryFile file("classes.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  // Cells of one metre, two wide: class 5 on the western half of the terrain, 6 on the eastern.
+  const TemporaryFile cover("cover.asc", "ncols 2\nnrows 2\nxllcorner 1000\nyllcorner 2000\ncellsize 1\n5 6\n5 6\n");
+  TerrainOptions o;
+  o.origin = {1000, 2000, 0};
+  o.default_material = 3;
+  o.material_areas.push_back({"", cover.path, 6, 7});
+  const Terrain t = load_terrain(file.path, o);
+  for (std::size_t k = 0; k < t.surface.triangles.size(); ++k) {
+    const auto& c = t.surface.triangles[k];
+    const double x = (t.surface.vertices[c[0]].x() + t.surface.vertices[c[1]].x() + t.surface.vertices[c[2]].x()) / 3;
+    EXPECT_EQ(t.surface.material[k], x > 1 ? 7 : 3);
+  }
+  o.material_areas[0].value = 9;
+  EXPECT_EQ(load_terrain(file.path, o).warnings.size(), 1u);  // no such class
+  const TemporaryFile far("far.asc", "ncols 2\nnrows 2\nxllcorner 11.2\nyllcorner 47.1\ncellsize 0.001\n5 6\n5 6\n");
+  o.material_areas[0].raster_file = far.path;
+  EXPECT_THROW(load_terrain(file.path, o), InputError);  // degrees beside metres
+}
+
+TEST(Terrain, CoordinateSystemsThatDifferAreRefused) {
+  const TemporaryFile file("crs.asc", "ncols 3\nnrows 3\nxllcenter 1000\nyllcenter 2000\ncellsize 1\n" + rows);
+  const auto polygon = [](const std::string& crs) {
+    return R"({"type": "FeatureCollection", "crs": {"type": "name", "properties": {"name": ")" + crs +
+           R"("}}, "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "Polygon", "coordinates": [[[999, 1999], [1001, 1999], [1001, 2003], [999, 1999]]]}}]})";
+  };
+  const TemporaryFile same("same.geojson", polygon("urn:ogc:def:crs:EPSG::31254")), other("other.geojson", polygon("urn:ogc:def:crs:EPSG::2056"));
+  TerrainOptions o;
+  o.crs = "EPSG:31254";
+  o.material_areas = {{same.path, "", 0, 1}};
+  EXPECT_NO_THROW(load_terrain(file.path, o));
+  o.material_areas = {{other.path, "", 0, 1}};
+  try {
+    load_terrain(file.path, o);
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.problems()[0].key, "site.area.polygon");
+    EXPECT_NE(e.problems()[0].rule.find("another coordinate system"), std::string::npos);
+  }
+}
+
+TEST(Terrain, FarFromTheOriginIsWarnedOf) {
+  const TemporaryFile file("map.asc", "ncols 3\nnrows 3\nxllcenter 650000\nyllcenter 5200000\ncellsize 1\n" + rows);
+  const Terrain t = load_terrain(file.path);
+  ASSERT_EQ(t.warnings.size(), 1u);
+  EXPECT_EQ(t.warnings[0].key, "site.origin");
+  TerrainOptions o;
+  o.origin = {650000, 5200000, 0};
+  EXPECT_TRUE(load_terrain(file.path, o).warnings.empty());
+}
+
+namespace {
+
+std::string line_file(const std::string& coordinates) {
+  return R"({"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {}, "geometry": {"type": "MultiLineString", "coordinates": )" + coordinates + "}}]}";
+}
+
+bool has_edge(const TriangleSurface& s, const Vec3& a, const Vec3& b) {
+  for (const auto& t : s.triangles)
+    for (int k = 0; k < 3; ++k)
+      if (s.vertices[t[k]] == a && s.vertices[t[(k + 1) % 3]] == b) return true;
+  return false;
+}
+
+}  // namespace
+
+TEST(Terrain, BreaklinesAloneMakeTheSurface) {
+  // A crest and a toe across, and a ridge that joins them off the middle.
+  const TemporaryFile file("lines.geojson", line_file("[[[0, 0, 10], [4, 0, 12], [10, 0, 10]], [[0, 20, 0], [6, 20, 0], [10, 20, 0]], [[4, 0, 12], [6, 20, 0]]]"));
+  TerrainOptions o;
+  o.breaklines = file.path;
+  const Terrain t = load_terrain("", o);
+  EXPECT_EQ(t.surface.vertices.size(), 6u);
+  EXPECT_EQ(t.surface.triangles.size(), 4u);
+  EXPECT_TRUE(has_edge(t.surface, {4, 0, 12}, {6, 20, 0}) && has_edge(t.surface, {6, 20, 0}, {4, 0, 12}));
+}
+
+TEST(Terrain, BreaklinesInAGridStayThroughDecimation) {
+  std::string text = "ncols 21\nnrows 21\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n";
+  for (int i = 0; i < 21; ++i) {
+    for (int j = 0; j < 21; ++j) text += i < 3 && j < 3 ? "-9999 " : "5 ";
+    text += "\n";
+  }
+  const TemporaryFile grid("flat.asc", text), line("ridge.geojson", line_file("[[[2.3, 4.1, 8], [10.2, 9.7, 9], [17.6, 12.4, 8]]]"));
+  TerrainOptions o;
+  o.breaklines = line.path;
+  o.decimation_error = 0.01;
+  const Terrain t = load_terrain(grid.path, o);
+  EXPECT_TRUE(has_edge(t.surface, {2.3, 4.1, 8}, {10.2, 9.7, 9}));
+  EXPECT_TRUE(has_edge(t.surface, {10.2, 9.7, 9}, {17.6, 12.4, 8}));
+  EXPECT_LT(t.surface.triangles.size(), 500u);  // of 800: the plain is thinned out, the ridge is not
+  double area = 0;
+  for (const auto& c : t.surface.triangles) {
+    const Vec3 n = (t.surface.vertices[c[1]] - t.surface.vertices[c[0]]).cross(t.surface.vertices[c[2]] - t.surface.vertices[c[0]]);
+    EXPECT_GT(n.z(), 0);
+    area += 0.5 * n.z();
+  }
+  EXPECT_NEAR(area, 400 - 8.5, 1e-9);  // the hole in the north-west corner, 3 x 3 nodes, is still one: 2.5 x 3.5 cells less the half that the split keeps
+}
+
+TEST(Terrain, BreaklinesThatCannotBeAreRefused) {
+  TerrainOptions o;
+  const auto rule = [&](const std::string& coordinates) -> std::string {
+    const TemporaryFile file("bad.geojson", line_file(coordinates));
+    o.breaklines = file.path;
+    try {
+      load_terrain("", o);
+    } catch (const InputError& e) {
+      return e.problems()[0].rule;
+    }
+    return "";
+  };
+  EXPECT_EQ(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 10, 0], [10, 0, 3]]]"), "two lines cross between their points");
+  EXPECT_NE(rule("[[[0, 0, 0], [10, 10, 0]], [[0, 0, 4], [10, 0, 3]]]").find("above each other"), std::string::npos);
+  EXPECT_EQ(rule("[[[0, 0], [10, 10]]]"), "is not GeoJSON as needed here");
+}
+
+TEST(Terrain, HighestPlaceWithinARectangle) {
+  TriangleSurface s;
+  s.vertices = {{0, 0, 0}, {10, 0, 0}, {10, 10, 10}, {0, 10, 10}};
+  s.triangles = {{0, 1, 2}, {0, 2, 3}};
+  EXPECT_NEAR(highest_within(s, {Eigen::Vector2d(2, 2), Eigen::Vector2d(4, 5)}), 5, 1e-12);
+  EXPECT_FALSE(std::isfinite(highest_within(s, {Eigen::Vector2d(20, 2), Eigen::Vector2d(24, 5)})));
 }
 
 TEST(Terrain, BadInputIsRefusedWithItsPlace) {

@@ -3,6 +3,8 @@
 #include <sstream>
 
 #include "core/error.hpp"
+#include "geometry/block_output.hpp"
+#include "io/block_files.hpp"
 #include "io/convert.hpp"
 #include "io/files.hpp"
 #include "io/hdf5_file.hpp"
@@ -87,4 +89,28 @@ TEST_F(Converted, BadRequestsSayWhatToDo) {
   EXPECT_FALSE(std::filesystem::exists(out));
   io::write_file(scratch.path / "junk.h5", "this is no HDF5");
   EXPECT_THROW(io::convert((scratch.path / "junk.h5").string(), out), InputError);
+}
+
+TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
+  const auto file = io::Hdf5File::open(results);
+  const auto position = file.read<double>("/history/blocks/position");
+  const auto names = file.read_texts("/history/blocks/name");
+  const std::size_t blocks = names.size(), last = position.rows() - 1;
+  const std::string obj = (scratch.path / "end.obj").string(), h5 = (scratch.path / "end.h5").string();
+  geometry::write_mesh(obj, io::read_blocks(results, "end"));
+  const auto system = geometry::read_block_system(obj);
+  ASSERT_FALSE(system.empty());
+  for (const auto& b : system) {
+    const auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), b.name) - names.begin());
+    ASSERT_LT(at, blocks);
+    for (int k = 0; k < 3; ++k) EXPECT_NEAR(b.centroid[k], position.values[(last * blocks + at) * 3 + static_cast<std::size_t>(k)], 1e-9);
+  }
+  io::write_blocks(h5, obj);
+  const geometry::Mesh again = io::read_blocks(h5, "");
+  double volume = 0, sum = 0;
+  for (const auto& b : system) sum += b.volume;
+  volume = geometry::signed_volume(again.vertices, again.triangles);
+  EXPECT_NEAR(volume, sum, 1e-9 * sum);
+  EXPECT_THROW(io::read_blocks(results, "noon"), InputError);
+  EXPECT_NE(io::read_blocks(results, "0").vertices, io::read_blocks(results, "end").vertices);
 }

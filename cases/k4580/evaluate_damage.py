@@ -1,0 +1,58 @@
+#!/usr/bin/env python3
+"""What the viaduct suffered: strikes, speeds before and after, damage, base forces, where the blocks end.
+
+usage: evaluate_damage.py DIR... [-o FIGURES.json]         (figures by the name of the directory's last part, after the last dash)
+"""
+import json
+import sys
+
+import h5py
+import numpy as np
+
+from evaluate import place
+
+
+def evaluate(directory):
+    with h5py.File(f"{directory}/results.h5") as f:
+        t, b = f["history/time"][:], f["history/blocks"]
+        names = [n.decode() for n in b["name"][:]]
+        p, v, m = b["position"][:], b["velocity"][:], b["mass"][:]
+        s = f["history/structures/viaduct"]
+        damage, volume, base = s["damage_max"][:], s["damaged_volume"][:], s["base_force"][:]
+        hits = f["history/contacts/structure"]
+        when, dt, force, block = hits["time"][:], hits["dt"][:], hits["force"][:], hits["block"][:]
+        residual, potential, work = f["ledger/residual"][:], f["ledger/potential"][:], f["ledger/damage_work"][:]
+    rocks = [i for i, n in enumerate(names) if n == "boulder" or n.startswith("R")]
+    out = {"end_time": float(t[-1]), "damage_max": float(damage.max()), "damaged_volume_m3": float(volume.max()), "fragments": len(names) - len(rocks),
+           "damage_work_MJ": float(work[-1] / 1e6), "largest_base_force_change_MN": float(np.linalg.norm(base - base[0], axis=1).max() / 1e6),
+           "residual_over_energy_released": float(abs(residual[-1]) / max(potential[0] - potential.min(), 1e-300)), "blocks_that_struck": int(len(set(block.tolist()) & set(rocks)))}
+    if len(when):
+        i = int(block[0])
+        before = np.searchsorted(t, when[0]) - 1
+        after = min(len(t) - 1, np.searchsorted(t, when[0] + 0.1))
+        window = (when >= when[0]) & (when <= when[0] + 0.1) & (block == i)
+        out |= {"strike_time": float(when[0]), "strike_block": names[i], "strike_speed": float(np.linalg.norm(v[before, i])),
+                "speed_0_1_s_later": float(np.linalg.norm(v[after, i])), "impulse_0_1_s_MNs": float(np.linalg.norm((force[window] * dt[window, None]).sum(axis=0)) / 1e6)}
+    deposits = {}
+    for i in rocks:
+        if np.isfinite(p[-1, i]).all():
+            deposits[place(p[-1, i])] = round(deposits.get(place(p[-1, i]), 0.0) + float(m[i]) / 2500, 1)
+    out["rock_at_the_end_m3"] = deposits
+    return out
+
+
+def main():
+    figures = {}
+    words = [a for a in sys.argv[1:] if a != "-o"]
+    target = sys.argv[sys.argv.index("-o") + 1] if "-o" in sys.argv else None
+    for directory in (w for w in words if w != target):
+        kind = directory.rstrip("/").split("-")[-1]
+        figures[kind] = evaluate(directory)
+        print(kind, json.dumps(figures[kind]))
+    if target:
+        with open(target, "w") as f:
+            json.dump(figures, f, indent=1)
+
+
+if __name__ == "__main__":
+    main()

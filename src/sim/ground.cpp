@@ -1,0 +1,102 @@
+#include "sim/ground.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "geometry/random.hpp"
+
+namespace talus::sim {
+namespace {
+
+constexpr int most_tries = 2000;  // for a place that is free, within the polygons and on the ground
+
+/// Uniform over all orientations [Shoemake 1992].
+Mat3 random_rotation(geometry::Random& random) {
+  const double u = random.uniform(), a = 2 * M_PI * random.uniform(), b = 2 * M_PI * random.uniform();
+  const double p = std::sqrt(1 - u), q = std::sqrt(u);
+  return Quat(q * std::cos(b), p * std::sin(a), p * std::cos(a), q * std::sin(b)).normalized().toRotationMatrix();
+}
+
+/// Highest ground within a rectangle: terrain and planes; -infinity without any.
+double highest_ground(const geometry::Terrain* terrain, const std::vector<Plane>& planes, const Eigen::AlignedBox2d& plan) {
+  double z = terrain ? geometry::highest_within(terrain->surface, plan) : -std::numeric_limits<double>::infinity();
+  for (const Plane& p : planes)
+    if (p.normal.z() > 1e-9)
+      for (int k = 0; k < 4; ++k) {
+        const double x = k & 1 ? plan.max().x() : plan.min().x(), y = k & 2 ? plan.max().y() : plan.min().y();
+        z = std::max(z, p.point.z() - (p.normal.x() * (x - p.point.x()) + p.normal.y() * (y - p.point.y())) / p.normal.z());
+      }
+  return z;
+}
+
+}  // namespace
+
+std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& site) {
+  if (!site || !site->given()) return std::nullopt;
+  geometry::TerrainOptions o;
+  o.two_sided = site->two_sided;
+  o.default_material = site->material;
+  o.origin = site->origin;
+  o.crop = site->crop;
+  o.decimation_error = site->decimation_error;
+  o.widen = site->widen;
+  o.crs = site->crs;
+  o.breaklines = site->breaklines;
+  for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material});
+  if (site->faces.empty()) return geometry::load_terrain(site->terrain, o);
+  std::vector<geometry::SlopeFace> faces;
+  for (const auto& f : site->faces) faces.push_back({f.dip, f.length});
+  TriangleSurface slope = geometry::slope_from_faces(site->crest, site->dip_direction, faces, site->width);
+  return geometry::make_terrain(std::move(slope.vertices), std::move(slope.triangles), o, "site.face");
+}
+
+std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
+                                                  const geometry::Terrain* terrain, Occupied& occupied) {
+  const geometry::Area area = geometry::read_area(release.polygon);
+  if (scene.site) geometry::expect_same_crs(scene.site->crs.empty() && terrain ? terrain->crs : scene.site->crs, area.crs, release.polygon, "release.polygon");
+  const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
+  Eigen::AlignedBox2d limits;
+  for (const auto& ring : area.rings)
+    for (const auto& p : ring) limits.extend(Eigen::Vector2d(p - origin.head<2>()));
+  geometry::Random random(release.seed * 2654435761ull + 1);
+  std::vector<std::pair<Vec3, Mat3>> places;
+  bool over_ground = false;
+  for (int tries = 0; static_cast<int>(places.size()) < release.count; ++tries) {
+    if (tries == most_tries * release.count)
+      throw InputError(Problem{.file = release.polygon, .key = over_ground ? "release.count" : "release.polygon",
+                               .value = over_ground ? fmt::format("{}", release.count) : fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
+                               .rule = over_ground ? fmt::format("only {} blocks find room in the area", places.size()) : "no place of the area lies over the terrain",
+                               .remedy = over_ground ? "enlarge the area, or release fewer or smaller blocks" : "give the polygon in the terrain's coordinate system, and site.origin as well"});
+    const double x = limits.min().x() + random.uniform() * limits.sizes().x(), y = limits.min().y() + random.uniform() * limits.sizes().y();
+    const Mat3 rotation = release.turn ? random_rotation(random) : Mat3::Identity();
+    if (!area.contains(x + origin.x(), y + origin.y())) continue;
+    Box3 box;
+    for (const Vec3& v : body.vertices) box.extend(rotation * v);
+    const Eigen::Vector2d at(x, y);
+    const double z = highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
+    if (!std::isfinite(z) || (terrain && terrain->over_hole(x, y))) continue;
+    over_ground = true;
+    const Vec3 c(x, y, z + release.height - box.min().z());
+    const bool is_free = std::none_of(occupied.begin(), occupied.end(), [&](const auto& o) { return (o.first - c).norm() < o.second + body.radius; });
+    if (!is_free) continue;
+    occupied.emplace_back(c, body.radius);
+    places.emplace_back(c, rotation);
+  }
+  return places;
+}
+
+std::vector<Problem> ground_problems(const std::string& block, const Vec3& c, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
+                                     bool has_planes) {
+  const std::string key = "block." + block + ".position", value = fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z());
+  if (terrain.over_hole(c.x(), c.y()))
+    return {{.file = {}, .key = key, .value = value, .rule = "the terrain has no data (NODATA) under the block", .remedy = "move the block, or fill the hole in the grid before use"}};
+  if (has_planes || limits.contains(Eigen::Vector2d(c.head<2>()))) return {};
+  return {{.severity = Problem::Severity::warning, .file = {}, .key = key, .value = value,
+           .rule = fmt::format("lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
+           .remedy = "give block positions in scene coordinates: map coordinates less site.origin"}};
+}
+
+}  // namespace talus::sim

@@ -1,0 +1,28 @@
+/// The scene's terrain as geometry takes it, and where blocks of a release area start on it.
+#pragma once
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "contact/polyhedron.hpp"
+#include "geometry/terrain.hpp"
+#include "scene/scene.hpp"
+
+namespace talus::sim {
+
+/// Nothing if the scene has no terrain. Throws InputError.
+std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& site);
+
+/// Places found so far, so that later blocks keep clear of earlier ones: centroid and radius.
+using Occupied = std::vector<std::pair<Vec3, double>>;
+
+/// Centroid and orientation of each copy of a body (about its centroid) in a release area. The same seed gives the same places. Throws
+/// InputError if the area lies off the ground or is too small for the copies.
+std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
+                                                  const geometry::Terrain* terrain, Occupied& occupied);
+
+/// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain in a scene without planes (a warning).
+std::vector<Problem> ground_problems(const std::string& block, const Vec3& centroid, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
+                                     bool has_planes);
+
+}  // namespace talus::sim
