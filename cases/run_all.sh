@@ -67,9 +67,9 @@ for case in k4580-boulder k4580-rock-mass k4580-viaduct-damage; do
   directories=
   for slope in $(span "before shallow deep" "deep"); do
     case $case in
-      k4580-boulder) short="--set simulation.duration=9" ;;
+      k4580-boulder) short="--set simulation.duration=8" ;;
       k4580-rock-mass) short="--set simulation.duration=0.2" ;;
-      *) short="--set simulation.duration=0.02 --set structure.viaduct.cell_size=1.0" ;;
+      *) short="--set simulation.duration=0.06 --set structure.viaduct.cell_size=0.75 --set block.boulder.position=[0,108,14.1] --set block.boulder.velocity=[0,5,-11]" ;;   # just above the deck
     esac
     run "$case-$slope" "$case/$slope.toml" $(span "" "$short")
     directories="$directories $out/$case-$slope"
@@ -81,7 +81,7 @@ for case in k4580-boulder k4580-rock-mass k4580-viaduct-damage; do
 done
 
 if wanted tirol-pier; then
-  run tirol-pier tirol-pier/scene.toml $(span "" "--set simulation.duration=4.5")
+  run tirol-pier tirol-pier/scene.toml $(span "" "--set simulation.duration=5.0")
   judge tirol-pier "$here/tirol-pier/evaluate.py" "$out/tirol-pier"
 fi
 

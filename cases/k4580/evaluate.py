@@ -68,7 +68,7 @@ def mass_range(data, moving):
     volume = data["mass"][moving] / 2500.0
     end = data["position"][-1, moving]
     gone = end[:, 1] > 4
-    out = {"blocks": int(len(moving)), "left_the_source": int(gone.sum()), "stayed": int((~gone).sum()), "deposits_m3": {}}
+    out = {"blocks": int(len(moving)), "rock_volume_m3": float(volume.sum()), "left_the_source": int(gone.sum()), "stayed": int((~gone).sum()), "deposits_m3": {}}
     for p, v in zip(end, volume):
         out["deposits_m3"][place(p)] = round(out["deposits_m3"].get(place(p), 0.0) + float(v), 1)
     if gone.any():
