@@ -20,7 +20,7 @@ setup:
 # The program and its two modules; the tests are built by `make test`.
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
-	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_raster
+	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_dealii talus_raster
 
 test: setup
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)

@@ -43,6 +43,8 @@ struct StructureSpec {
   std::vector<Vec3> pier_bases;   // viaduct: terrain points under the piers, filled by the builder
   double cell_size = 0;           // [m], 0 if cells are given
   std::array<int, 3> cells{0, 0, 0};
+  struct Refinement { Box3 region; double cell_size; };  // finer cells there [m]
+  std::vector<Refinement> refinements;
 
   // supports: "-x", "+z", ... faces of the bounding box, or explicit ones
   struct Support {
@@ -150,8 +152,7 @@ class Structure {
 /// gravity [m/s^2]; `report` receives lines for the log. Throws InputError (bad mesh, bars outside concrete...).
 using MakeStructure = Structure* (*)(const StructureSpec&, const Vec3& gravity, const std::function<void(const std::string&)>& report);
 
-/// Loads the module beside the executable (or in TALUS_MODULE_DIR) and makes a structure. The first call costs 0.2 to 0.3 s; a
-/// scene without a structure never calls it.
+/// Loads the module beside the executable (or in TALUS_MODULE_DIR) and makes a structure; a scene without a structure never calls it.
 std::unique_ptr<Structure> load_structure(const StructureSpec&, const Vec3& gravity, const std::function<void(const std::string&)>& report);
 
 }  // namespace talus

@@ -214,7 +214,7 @@ RawMesh read_abaqus(const std::string& path) {
   RawMesh mesh;
   std::unordered_map<long, std::vector<int>> element_nodes;  // for look-up only
   std::string keyword, set, type;
-  bool generate = false;
+  bool generate = false, solid = true;
   std::vector<long> pending;  // nodes of an element that goes on over several lines
   std::size_t wanted = 0;
   const auto number = [&](const std::string& s) {
@@ -240,7 +240,13 @@ RawMesh read_abaqus(const std::string& path) {
       }
       if (keyword == "*INCLUDE") in.fail(line, "included files are not read", "write the mesh into one file");
       if (keyword == "*ELEMENT") {
-        if (type.rfind("C3D8", 0) == 0) wanted = 8;
+        // Lines and surfaces carry no volume: they only name groups.
+        static const std::map<std::string, std::size_t> flat{{"T3D2", 2}, {"B31", 2}, {"CPS3", 3}, {"CPE3", 3}, {"S3", 3}, {"M3D3", 3}, {"CPS4", 4}, {"CPE4", 4},
+                                                             {"CPS4R", 4}, {"S4", 4}, {"S4R", 4}, {"M3D4", 4}, {"SFM3D3", 3}, {"SFM3D4", 4}};
+        const auto named = flat.find(type);
+        solid = named == flat.end();
+        if (!solid) wanted = named->second;
+        else if (type.rfind("C3D8", 0) == 0) wanted = 8;
         else if (type == "C3D4") wanted = 4;
         else in.fail("TYPE=" + type, "only C3D8 (hexahedra) and C3D4 (tetrahedra) are supported", "remesh with first-order hexahedra or tetrahedra");
       }
@@ -263,11 +269,11 @@ RawMesh read_abaqus(const std::string& path) {
       if (pending.size() < wanted + 1) continue;
       std::vector<int> node;
       for (std::size_t i = 1; i <= wanted; ++i) node.push_back(in.node(mesh, pending[i]));
-      if (wanted == 8) {
+      if (solid && wanted == 8) {
         std::array<int, 8> hex{};
         std::copy(node.begin(), node.end(), hex.begin());
         mesh.hexes.push_back(hex);
-      } else {
+      } else if (solid) {
         mesh.tets.push_back({node[0], node[1], node[2], node[3]});
       }
       if (!set.empty()) mesh.groups[set].insert(node.begin(), node.end());

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "core/error.hpp"
+#include "fem/lattice.hpp"
 
 namespace talus::fem {
 namespace {
@@ -137,7 +138,7 @@ HexMesh viaduct_mesh(const StructureSpec& spec) {
   HexMesh mesh;
   std::vector<int> base;
   for (int k = 0; k < static_cast<int>(plan.parts.size()); ++k) {
-    const HexMesh part = bricks(plan.parts[k].boxes, spec.cell_size);
+    const HexMesh part = bricks(plan.parts[k].boxes, spec.cell_size, local_refinements(spec));
     const int shift = static_cast<int>(mesh.nodes.size());
     mesh.nodes.insert(mesh.nodes.end(), part.nodes.begin(), part.nodes.end());
     for (auto hex : part.hexes) {

@@ -37,7 +37,4 @@ struct ViaductPlan {
 ViaductPlan viaduct_plan(const StructureSpec& spec);
 HexMesh viaduct_mesh(const StructureSpec& spec);
 
-/// A mesh of all cells inside any of the boxes, on the grid of all their planes, no edge longer than cell_size (body axes).
-HexMesh bricks(const std::vector<Box3>& boxes, double cell_size);
-
 }  // namespace talus::fem

@@ -67,6 +67,19 @@ void read_supports(const View& view, StructureSpec& spec) {
   }
 }
 
+void read_refinements(const View& view, StructureSpec& spec) {
+  for (const View& at : view.tables("refine")) {
+    StructureSpec::Refinement zone;
+    if (const auto region = at.table("region")) zone.region = read_region(*region);
+    zone.cell_size = at.number("cell_size");
+    if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size) at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
+    spec.refinements.push_back(zone);
+  }
+  if (!view.has("refine")) return;
+  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "refine in the mesh generator");
+  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells");
+}
+
 void read_section(const View& view, StructureSpec& spec) {
   Vec3 outer = Vec3::Zero();
   if (const Node* node = view.get("section"); node && node->kind == Node::Kind::array) {
@@ -206,6 +219,7 @@ void read_structures(Reading& in, const View& root) {
       }
     }
     spec.file = in.file(view, "file");
+    read_refinements(view, spec);
     read_viaduct(view, spec);
     read_supports(view, spec);
     spec.gravity_preload = view.text("preload") == "gravity";

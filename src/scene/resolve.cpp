@@ -154,6 +154,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (placed) out["orientation"] = rotation(s.rotation);
   if (s.cell_size > 0) out["cell_size"] = s.cell_size;
   if (s.cells[0] > 0) out["cells"] = s.cells;
+  for (const auto& zone : s.refinements) out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}});
   out["support"] = Json::array();
   for (const auto& support : s.supports) {
     Json one;

@@ -34,7 +34,7 @@ std::string svg_plot(const std::string& title, const std::vector<CurvePoint>& po
     const double y = py(std::pow(10, d));
     s += fmt::format("<path d=\"M{0} {1:.1f}H{2}\" stroke=\"#ddd\"/><text x=\"{3}\" y=\"{4:.1f}\" text-anchor=\"end\">1e{5:.0f}</text>\n", left, y, width - right, left - 8, y + 4, d);
   }
-  s += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">CPU time [s]</text><text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">error against the closed form</text>\n", (left + width - right) / 2, height - 14, (top + height - bottom) / 2);
+  s += fmt::format("<text x=\"{}\" y=\"{}\" text-anchor=\"middle\">CPU time [s]</text><text transform=\"translate(18 {}) rotate(-90)\" text-anchor=\"middle\">error against the reference</text>\n", (left + width - right) / 2, height - 14, (top + height - bottom) / 2);
   const char* colours[] = {"#b5482a", "#2a6fb5", "#2e8b57", "#7a4fa3"};
   std::vector<std::string> methods;
   for (const CurvePoint& p : points)

@@ -134,14 +134,16 @@ void CaseRun::failed(const std::string& why) {
   r.note = why;
 }
 
-void CaseRun::point(const Method& m, double error, const Outcome& o) {
-  curves_.push_back({case_.id, case_.title, m.name(), m.value, error, o.cpu, !o.ok() || !std::isfinite(error)});
+void CaseRun::point(const Method& m, double error, const Outcome& o) { point(m.name(), m.value, error, o); }
+
+void CaseRun::point(const std::string& method, double parameter, double error, const Outcome& o) {
+  curves_.push_back({case_.id, case_.title, method, parameter, error, o.cpu, !o.ok() || !std::isfinite(error)});
 }
 
 const std::vector<Case>& all_cases() {
   static const std::vector<Case> cases = [] {
     std::vector<Case> all;
-    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, comparison_cases, stability_cases, fem_cases, coupling_cases})
+    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases})
       for (Case& c : group()) all.push_back(std::move(c));
     return all;
   }();

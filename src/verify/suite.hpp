@@ -74,6 +74,8 @@ class CaseRun {
   CaseRun(const Case& c, std::vector<CaseResult>& out, std::vector<CurvePoint>& curves, bool quick) : case_(c), out_(out), curves_(curves), quick_(quick) {}
   Outcome run(const std::string& toml);
   void method(const Method& m) { method_ = m.text(); paper_ = m.kind == Method::Kind::paper; reset(); }
+  /// For structures: the integrator or the law that is shown.
+  void method(const std::string& text) { method_ = text; paper_ = false; reset(); }
   bool quick() const { return quick_; }
   void reset() { totals_ = {}; }
   /// |measured - expected| / |expected| against tolerance.
@@ -84,6 +86,7 @@ class CaseRun {
   void unavailable(const std::string& why);
   void failed(const std::string& why);
   void point(const Method& m, double error, const Outcome& o);
+  void point(const std::string& method, double parameter, double error, const Outcome& o);
   void momentum(double defect) { totals_.momentum_defect = std::max(totals_.momentum_defect, defect); }
   double cpu() const { return totals_.cpu; }
 
@@ -99,7 +102,7 @@ class CaseRun {
 
 /// All cases in a fixed order.
 const std::vector<Case>& all_cases();
-std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), comparison_cases(), stability_cases(), fem_cases(), coupling_cases();
+std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), comparison_cases(), stability_cases(), elastic_cases(), concrete_cases(), coupling_cases();
 
 struct Report {
   std::vector<CaseResult> results;

@@ -20,6 +20,17 @@ TEST_P(ClosedForm, Holds) {
 INSTANTIATE_TEST_SUITE_P(A, ClosedForm, testing::Values("A1", "A2", "A3", "A4", "A5", "A6", "A7", "A8", "A9", "A10", "A11", "A12", "A13", "A15", "A16", "A18", "A19", "A21", "A23", "A24", "A25", "A26"),
                          [](const auto& info) { return std::string(info.param); });
 
+class StructureForm : public testing::TestWithParam<const char*> {};
+
+TEST_P(StructureForm, Holds) {
+  const Report report = run_suites("fem", true, {}, GetParam());
+  ASSERT_FALSE(report.results.empty());
+  for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
+}
+
+INSTANTIATE_TEST_SUITE_P(B, StructureForm, testing::Values("B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B9", "B10", "B12", "B13", "B14", "B15", "B16", "B17", "B18"),
+                         [](const auto& info) { return std::string(info.param); });
+
 class Stressed : public testing::TestWithParam<const char*> {};
 
 TEST_P(Stressed, KeepsItsInvariants) {

@@ -153,7 +153,7 @@ TEST(Integrators, Agree) {
 }
 
 TEST(State, RestoreBringsBackTheSameBits) {
-  for (const char* how : {"explicit", "modal"}) {
+  for (const char* how : {"explicit", "modal", "implicit"}) {
     StructureSpec s = cantilever(2, 8);
     s.integrator = how;
     s.gravity_preload = true;

@@ -12,7 +12,7 @@
 #include <cstdlib>
 
 #include "core/error.hpp"
-#include "fem/linear_system.hpp"
+#include "fem/dealii/parts.hpp"
 
 namespace talus::fem {
 namespace {
@@ -32,8 +32,8 @@ void start_mpi() {
 
 }  // namespace
 
-int solve_by_multigrid(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b,
-                       double* x, double tolerance) {
+int multigrid_by_trilinos(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b, double* x,
+                          double tolerance) {
   start_mpi();
   Epetra_MpiComm comm(MPI_COMM_SELF);
   Epetra_Map map(a.n, 0, comm);

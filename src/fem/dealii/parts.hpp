@@ -1,0 +1,12 @@
+/// The functions behind fem/services.hpp.
+#pragma once
+#include "fem/services.hpp"
+
+namespace talus::fem {
+
+void disc_by_dealii(int levels, DiscMesh& mesh);
+/// Trilinos: ML and conjugate gradients.
+int multigrid_by_trilinos(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b, double* x,
+                          double tolerance);
+
+}  // namespace talus::fem

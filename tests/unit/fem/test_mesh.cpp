@@ -1,0 +1,158 @@
+// Meshes by generation with zones of finer cells, and from files that the Gmsh API writes.
+#include <gtest/gtest.h>
+
+#include <gmsh.h>
+
+#include <cmath>
+
+#include "core/error.hpp"
+#include "fem/lattice.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+
+/// A bar 2 x 1 x 1 m by Gmsh, its ends the groups "left" and "right"; written in every format that is read.
+std::vector<std::string> gmsh_bar(bool hexahedra) {
+  gmsh::initialize();
+  gmsh::option::setNumber("General.Terminal", 0);
+  gmsh::model::add("bar");
+  gmsh::model::occ::addBox(0, 0, 0, 2, 1, 1);
+  gmsh::model::occ::synchronize();
+  std::vector<std::pair<int, int>> faces;
+  gmsh::model::getEntities(faces, 2);
+  for (const auto& [dimension, tag] : faces) {
+    double x, y, z;
+    gmsh::model::occ::getCenterOfMass(dimension, tag, x, y, z);
+    if (x < 1e-9) gmsh::model::setPhysicalName(2, gmsh::model::addPhysicalGroup(2, {tag}), "left");
+    if (x > 2 - 1e-9) gmsh::model::setPhysicalName(2, gmsh::model::addPhysicalGroup(2, {tag}), "right");
+  }
+  gmsh::model::setPhysicalName(3, gmsh::model::addPhysicalGroup(3, {1}), "body");
+  gmsh::option::setNumber("Mesh.MeshSizeMin", 0.4);
+  gmsh::option::setNumber("Mesh.MeshSizeMax", 0.4);
+  if (hexahedra) {
+    std::vector<std::pair<int, int>> lines;
+    gmsh::model::getEntities(lines, 1);
+    for (const auto& [dimension, tag] : lines) {
+      double x0, y0, z0, x1, y1, z1;
+      gmsh::model::getBoundingBox(dimension, tag, x0, y0, z0, x1, y1, z1);
+      gmsh::model::mesh::setTransfiniteCurve(tag, x1 - x0 > 1.5 ? 9 : 5);
+    }
+    for (const auto& face : faces) gmsh::model::mesh::setTransfiniteSurface(face.second), gmsh::model::mesh::setRecombine(2, face.second);
+    gmsh::model::mesh::setTransfiniteVolume(1);
+  }
+  gmsh::model::mesh::generate(3);
+  std::vector<std::string> files;
+  for (const auto& [version, name] : {std::pair(4.1, "41.msh"), std::pair(2.2, "22.msh"), std::pair(0.0, "abaqus.inp")}) {
+    if (version > 0) gmsh::option::setNumber("Mesh.MshFileVersion", version);
+    files.push_back(std::string(TALUS_BINARY_DIR) + (hexahedra ? "/gmsh_hexahedra_" : "/gmsh_tetrahedra_") + name);
+    gmsh::write(files.back());
+  }
+  gmsh::finalize();
+  return files;
+}
+
+StructureSpec from_file(const std::string& file) {
+  StructureSpec s;
+  s.name = "bar";
+  s.kind = "mesh";
+  s.file = file;
+  s.young = 30e9;
+  s.poisson = 0;
+  s.density = 2500;
+  s.supports.push_back({"", "left", {}, {true, true, true}});
+  s.gravity_preload = true;
+  s.probes.push_back({"end", Vec3(2, 0.5, 0.5)});
+  return s;
+}
+
+}  // namespace
+
+TEST(MeshFile, GmshBarsHangFromTheirGroup) {
+  for (bool hexahedra : {true, false})
+    for (const std::string& file : gmsh_bar(hexahedra)) {
+      const FemStructure bar(from_file(file), Vec3(10, 0, 0), silent);
+      double volume = 0;
+      for (double v : cell_volumes(bar.mesh())) volume += v;
+      EXPECT_NEAR(volume, 2, 1e-12) << file;
+      if (hexahedra) {
+        EXPECT_EQ(bar.mesh().hexes.size(), 4u * 4 * 8) << file;
+      }
+      for (int n : bar.mesh().node_groups.at("left")) EXPECT_NEAR(bar.mesh().nodes[n].x(), 0, 1e-12) << file;
+      EXPECT_GE(bar.mesh().node_groups.at("right").size(), 9u) << file;
+      EXPECT_NEAR(bar.base_force().x(), 2500 * 2 * 10, 1e-6) << file;
+      // Pulled by its own weight: u = rho g L^2 / (2 E) at the free end. The nodes of linear bars are exact.
+      EXPECT_NEAR(bar.probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9), (hexahedra ? 1e-9 : 0.01) * 2500 * 10 * 4 / (2 * 30e9)) << file;
+    }
+}
+
+TEST(Lattice, PlanesCrowdInAZoneAndWidenOutside) {
+  const std::vector<double> lines = graded_lines({0, 10}, 0.5, {{4, 5, 0.1}});
+  EXPECT_EQ(lines.front(), 0);
+  EXPECT_EQ(lines.back(), 10);
+  double before = 0;
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const double size = lines[i] - lines[i - 1], middle = 0.5 * (lines[i] + lines[i - 1]);
+    EXPECT_LT(size, 0.5 * (1 + 1e-9));
+    if (middle > 4 && middle < 5) {
+      EXPECT_NEAR(size, 0.1, 1e-9);
+    }
+    if (before > 0) {
+      EXPECT_LT(std::max(size / before, before / size), 1.5) << lines[i];
+    }
+    before = size;
+  }
+  EXPECT_LT(lines.size(), 45u);  // 100 cells if all were fine
+  EXPECT_EQ(graded_lines({0, 1, 3}, 0.5, {}).size(), 7u);
+}
+
+TEST(Lattice, RefinedColumnKeepsItsVolumeAndTurnsWithItsAxes) {
+  StructureSpec s = cantilever(2, 16);
+  s.cells = {0, 0, 0};
+  s.cell_size = 0.75;
+  s.rotation = Eigen::AngleAxisd(0.5 * M_PI, Vec3::UnitY()).toRotationMatrix();  // its axis along +x
+  s.refinements.push_back({Box3(Vec3(5, -0.5, 0.2), Vec3(6, 0.5, 0.75)), 0.1});
+  const HexMesh mesh = make_mesh(s);
+  double volume = 0;
+  for (double v : cell_volumes(mesh)) volume += v;
+  EXPECT_NEAR(volume, 27, 1e-11);
+  double finest = 1, coarsest = 0;
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    Vec3 low = mesh.nodes[mesh.hexes[cell][0]], high = low, centre = Vec3::Zero();
+    for (int n : mesh.hexes[cell]) low = low.cwiseMin(mesh.nodes[n]), high = high.cwiseMax(mesh.nodes[n]), centre += mesh.nodes[n] / 8;
+    coarsest = std::max(coarsest, (high - low).maxCoeff());
+    const bool inside = centre.x() > 5 && centre.x() < 6 && centre.y() > -0.5 && centre.y() < 0.5 && centre.z() > 0.2;
+    if (!inside) continue;
+    finest = std::min(finest, (high - low).minCoeff());
+    EXPECT_LT((high - low).maxCoeff(), 0.101);
+  }
+  EXPECT_GT(finest, 0.08);
+  EXPECT_GT(coarsest, 0.6);
+  s.refinements[0].region.translate(Vec3(100, 0, 0));
+  EXPECT_THROW(make_mesh(s), InputError);
+}
+
+TEST(Multigrid, AgreesWithTheFactor) {
+  // Gravity along x on a pier with a shaft held in all directions: both solvers of the preload.
+  StructureSpec s = cantilever(5, 40);
+  const HexMesh mesh = make_mesh(s);
+  DofMap dofs;
+  dofs.number.assign(mesh.nodes.size(), {-1, -1, -1});
+  std::vector<Vec3> position;
+  std::vector<int> direction;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    if (mesh.nodes[n].z() > 1e-9)
+      for (int c = 0; c < 3; ++c) dofs.number[n][c] = dofs.size++, position.push_back(mesh.nodes[n]), direction.push_back(c);
+  const SymmetricMatrix k = assemble_stiffness(mesh, dofs, 14e9, 18e9);
+  std::vector<double> b(dofs.size), x(dofs.size), y(dofs.size);
+  for (int d = 0; d < dofs.size; ++d) b[d] = direction[d] == 0 ? 1e3 : direction[d] == 2 ? -2e3 : 0;
+  CholeskyFactor(k, 0, {}).solve(b.data(), x.data());
+  const int iterations = solve_by_multigrid(k, position, direction, b.data(), y.data(), 1e-10);
+  EXPECT_LT(iterations, 60);
+  double difference = 0, scale = 0;
+  for (int d = 0; d < dofs.size; ++d) difference += (x[d] - y[d]) * (x[d] - y[d]), scale += x[d] * x[d];
+  EXPECT_LT(std::sqrt(difference / scale), 1e-7);
+}
