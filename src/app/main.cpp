@@ -1,5 +1,6 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <functional>
 #include <map>
@@ -18,11 +19,26 @@ int complain(const std::string& text, int code) {
   return code;
 }
 
+/// Several ranks would all write the same files.
+void one_rank_only() {
+  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
+    const char* ranks = std::getenv(name);
+    if (!ranks || std::atoi(ranks) <= 1) continue;
+    Problem problem;
+    problem.key = name;
+    problem.value = ranks;
+    problem.rule = "talus runs on one rank; structures are not divided over ranks";
+    problem.remedy = "start it without mpirun, or with mpirun -n 1";
+    throw InputError(problem);
+  }
+}
+
 int dispatch(const CLI::App& cli, const Options& options) {
   static const std::map<std::string, int (*)(const Options&)> commands{
       {"run", command_run},         {"check", command_check},   {"cut", command_cut},         {"impact", command_impact},
       {"capacity", command_capacity}, {"verify", command_verify}, {"formulas", command_formulas}, {"report", command_report},
       {"convert", command_convert}, {"explain", command_explain}};
+  one_rank_only();
   const auto called = cli.get_subcommands();
   const std::string name = called.empty() ? std::string() : called.front()->get_name();
   if (name == "ensemble") {

@@ -13,34 +13,37 @@ void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10
   out[9] = j.determinant();
 }
 
-bool is_affine(const HexMesh& mesh, int cell) {
+CellShape shape_of(const HexMesh& mesh, int cell) {
   const auto& h = mesh.hexes[cell];
   const Vec3& o = mesh.nodes[h[0]];
   const Vec3 a = mesh.nodes[h[1]] - o, b = mesh.nodes[h[3]] - o, c = mesh.nodes[h[4]] - o;
   const double tolerance = 1e-13 * (a.norm() + b.norm() + c.norm());
-  const auto off = [&](int node, const Vec3& expected) { return (mesh.nodes[h[node]] - o - expected).norm() > tolerance + 4e-16 * mesh.nodes[h[node]].norm(); };
-  return !(off(2, a + b) || off(5, a + c) || off(6, a + b + c) || off(7, b + c));
+  const auto differs = [&](int node, const Vec3& expected) { return (mesh.nodes[h[node]] - o - expected).norm() > tolerance + 4e-16 * mesh.nodes[h[node]].norm(); };
+  if (differs(2, a + b) || differs(5, a + c) || differs(6, a + b + c) || differs(7, b + c)) return CellShape::general;
+  const bool along_axes = !differs(1, Vec3(a.x(), 0, 0)) && !differs(3, Vec3(0, b.y(), 0)) && !differs(4, Vec3(0, 0, c.z()));
+  return along_axes ? CellShape::brick : CellShape::affine;
 }
 
 ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity)
     : mesh_(&mesh), shear_(shear), bulk_(bulk), where_(mesh.hexes.size()) {
-  std::vector<int> list[2];
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) list[is_affine(mesh, cell) ? 0 : 1].push_back(cell);
-  for (int p = 0; p < 2; ++p) {
-    pack_[p] = make_pack(list[p], p == 0, viscosity);
+  std::array<std::vector<int>, 3> list;
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) list[static_cast<std::size_t>(shape_of(mesh, cell))].push_back(cell);
+  for (int p = 0; p < 3; ++p) {
+    pack_[p] = make_pack(list[p], static_cast<CellShape>(p), viscosity);
     for (int lane = 0; lane < static_cast<int>(list[p].size()); ++lane) where_[list[p][lane]] = {p, lane};
   }
 }
 
-ElementPack ElementOperator::make_pack(const std::vector<int>& cells, bool affine, bool viscosity) const {
-  const int w = kernels().width, points = affine ? 1 : 8;
+ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const {
+  const bool brick = shape == CellShape::brick, general = shape == CellShape::general;
+  const int w = kernels().width, points = general ? 8 : 1, numbers = brick ? 4 : 10;
   ElementPack pack;
-  pack.affine = affine;
+  pack.shape = shape;
   pack.groups = (static_cast<long>(cells.size()) + w - 1) / w;
   const long lanes = pack.groups * w;
   pack.cells.assign(lanes, -1);
   pack.nodes.resize(lanes * 8);
-  pack.geometry.resize(lanes * 10 * points);
+  pack.geometry.resize(lanes * numbers * points);
   pack.scale.assign(lanes, 0.0);
   pack.energy.assign(lanes, 0.0);
   pack.bound.assign(lanes, 0.0);
@@ -57,8 +60,9 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, bool affin
     for (int a = 0; a < 8; ++a) pack.nodes[(g * 8 + a) * w + l] = 4 * mesh_->hexes[cell][a];
     for (int q = 0; q < points; ++q) {
       double values[10];
-      point_geometry(*mesh_, cell, affine ? Vec3(Vec3::Zero()) : gauss_point(q), values);
-      for (int i = 0; i < 10; ++i) pack.geometry[((g * points + q) * 10 + i) * w + l] = values[i];
+      point_geometry(*mesh_, cell, general ? gauss_point(q) : Vec3(Vec3::Zero()), values);
+      if (brick) values[1] = values[4], values[2] = values[8], values[3] = values[9];
+      for (int i = 0; i < numbers; ++i) pack.geometry[((g * points + q) * numbers + i) * w + l] = values[i];
     }
     if (viscosity) {
       double volume = 0;
@@ -92,7 +96,7 @@ KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bo
   k.last = pack.groups;
   k.shear = shear;
   k.bulk = bulk;
-  k.affine = pack.affine;
+  k.shape = pack.shape;
   k.finite = finite;
   return k;
 }
@@ -109,7 +113,7 @@ void ElementOperator::add_internal_force(const double* u, double* f, bool finite
 
 void ElementOperator::add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const {
   if (cells.empty()) return;
-  ElementPack pack = make_pack(cells, false, false);
+  ElementPack pack = make_pack(cells, CellShape::general, false);
   for (double& s : pack.scale) s *= factor;
   kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
 }

@@ -1,8 +1,9 @@
-/// The elements of a mesh packed for the kernels: groups of W elements, those with one Jacobian apart from the others.
+/// The elements of a mesh packed for the kernels: groups of W elements, bricks, cells with one Jacobian, and others apart.
 ///
 /// A cell that is handed to a damage law, eroded or detached is switched off here (its lane is multiplied by zero) and comes back
 /// with another list. All sums run in a fixed order: the result does not depend on the number of threads.
 #pragma once
+#include <array>
 #include <vector>
 
 #include "fem/aligned.hpp"
@@ -13,7 +14,7 @@ namespace talus::fem {
 
 /// One packed list of elements.
 struct ElementPack {
-  bool affine = false;
+  CellShape shape = CellShape::general;
   std::vector<int> cells;       // cell of each lane, -1 for padding
   std::vector<int> nodes;       // groups x 8 x W, four times the node number
   AlignedVector geometry, scale, energy, bound;
@@ -44,15 +45,15 @@ class ElementOperator {
 
  private:
   struct Place { int pack, lane; };
-  ElementPack make_pack(const std::vector<int>& cells, bool affine, bool viscosity) const;
+  ElementPack make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const;
   const HexMesh* mesh_;
   double shear_, bulk_;
-  ElementPack pack_[2];        // 0 affine, 1 general
+  std::array<ElementPack, 3> pack_;  // by shape
   std::vector<Place> where_;
 };
 
 /// J^-1 and weight at one point, ten numbers, as the kernels want them.
 void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10]);
-bool is_affine(const HexMesh& mesh, int cell);
+CellShape shape_of(const HexMesh& mesh, int cell);
 
 }  // namespace talus::fem

@@ -10,7 +10,8 @@
 ///
 /// symbol     meaning                                                     unit     shape
 /// nodes      four times the node number, lane innermost                  -        groups x 8 x W   (VTK order)
-/// geometry   J^-1 (row: reference axis, column: x, y, z), w              1/m, m^3 groups x Q x 10 x W, Q = 1 if affine, else 8
+/// geometry   brick: diagonal of J^-1, w; else J^-1 (row: reference axis, 1/m, m^3 groups x 4 x W; groups x Q x 10 x W,
+///            column: x, y, z), w                                                  Q = 1 if affine, else 8
 /// scale      1 for a lane that counts, 0 for padding and lanes elsewhere -        groups x W
 /// u          displacement, padded to four per node                       m        nodes x 4
 /// f          internal force, added to                                    N        nodes x 4
@@ -19,6 +20,8 @@
 #pragma once
 
 namespace talus::fem {
+
+enum class CellShape { brick, affine, general };  // edges along the axes; one Jacobian; any
 
 struct KernelArguments {
   const int* nodes = nullptr;
@@ -30,7 +33,7 @@ struct KernelArguments {
   double* bound = nullptr;    // null: not wanted
   long first = 0, last = 0;   // groups
   double shear = 0, bulk = 0; // [Pa]
-  bool affine = false;        // one Jacobian per element
+  CellShape shape = CellShape::general;
   bool finite = false;        // total Lagrangian
 };
 

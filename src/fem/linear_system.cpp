@@ -121,7 +121,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
 struct CholeskyFactor::Work {
   cholmod_common common;
   cholmod_factor* factor = nullptr;
-  cholmod_dense *rhs = nullptr, *solution = nullptr, *y = nullptr, *e = nullptr;
+  cholmod_dense *solution = nullptr, *y = nullptr, *e = nullptr;
   int n = 0;
 };
 
@@ -153,12 +153,10 @@ CholeskyFactor::CholeskyFactor(const SymmetricMatrix& a, double shift, const std
     throw NumericalFailure(fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): are the supports enough?",
                                        column_bad, a.n));
   }
-  w.rhs = cholmod_l_allocate_dense(a.n, 1, a.n, CHOLMOD_REAL, &w.common);
 }
 
 CholeskyFactor::~CholeskyFactor() {
   Work& w = *work_;
-  cholmod_l_free_dense(&w.rhs, &w.common);
   cholmod_l_free_dense(&w.solution, &w.common);
   cholmod_l_free_dense(&w.y, &w.common);
   cholmod_l_free_dense(&w.e, &w.common);
@@ -166,11 +164,17 @@ CholeskyFactor::~CholeskyFactor() {
   cholmod_l_finish(&w.common);
 }
 
-void CholeskyFactor::solve(const double* b, double* x) const {
+void CholeskyFactor::solve(const double* b, double* x, int columns) const {
   Work& w = *work_;
-  std::memcpy(w.rhs->x, b, sizeof(double) * w.n);
-  cholmod_l_solve2(CHOLMOD_A, w.factor, w.rhs, nullptr, &w.solution, nullptr, &w.y, &w.e, &w.common);
-  std::memcpy(x, w.solution->x, sizeof(double) * w.n);
+  cholmod_dense rhs{};  // a view of the caller's numbers
+  rhs.nrow = rhs.d = static_cast<std::size_t>(w.n);
+  rhs.ncol = static_cast<std::size_t>(columns);
+  rhs.nzmax = rhs.nrow * rhs.ncol;
+  rhs.x = const_cast<double*>(b);
+  rhs.xtype = CHOLMOD_REAL;
+  rhs.dtype = CHOLMOD_DOUBLE;
+  cholmod_l_solve2(CHOLMOD_A, w.factor, &rhs, nullptr, &w.solution, nullptr, &w.y, &w.e, &w.common);
+  std::memcpy(x, w.solution->x, sizeof(double) * rhs.nzmax);
 }
 
 }  // namespace talus::fem

@@ -49,7 +49,8 @@ class CholeskyFactor {
   ~CholeskyFactor();
   CholeskyFactor(const CholeskyFactor&) = delete;
   CholeskyFactor& operator=(const CholeskyFactor&) = delete;
-  void solve(const double* b, double* x) const;
+  /// `columns` right-hand sides at once, one after the other in memory.
+  void solve(const double* b, double* x, int columns = 1) const;
 
  private:
   struct Work;

@@ -5,47 +5,84 @@
 
 namespace talus::fem {
 
+namespace {
+
+/// Several vectors at a time: the factor is read once for all of them, and double frequencies come together.
+constexpr int block_size = 6;
+
+/// Makes the columns of x orthonormal in M against `basis` and each other; what is lost of x itself goes into r (x_before = basis c +
+/// x_after r, c added to `overlap`). A column that lies in the span of the others becomes zero, and so does its row of r.
+void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m, MatX& x, MatX& overlap, MatX& r) {
+  const int b = static_cast<int>(x.cols());
+  overlap = MatX::Zero(size, b);
+  r = MatX::Zero(b, b);
+  VecX before(b);
+  for (int j = 0; j < b; ++j) before[j] = std::sqrt(x.col(j).dot(m.cwiseProduct(x.col(j))));
+  // Twice is enough: orthogonal to working precision.
+  for (int pass = 0; pass < 2 && size > 0; ++pass) {
+    const MatX weighted = m.asDiagonal() * x;
+    const MatX c = basis.leftCols(size).transpose() * weighted;
+    x.noalias() -= basis.leftCols(size) * c;
+    overlap += c;
+  }
+  for (int j = 0; j < b; ++j) {
+    for (int pass = 0; pass < 2; ++pass)
+      for (int k = 0; k < j; ++k) {
+        const double c = x.col(k).dot(m.cwiseProduct(x.col(j)));
+        x.col(j) -= c * x.col(k);
+        r(k, j) += c;
+      }
+    const double norm = std::sqrt(x.col(j).dot(m.cwiseProduct(x.col(j))));
+    if (norm > 1e-12 * before[j]) r(j, j) = norm, x.col(j) /= norm;
+    else x.col(j).setZero();
+  }
+}
+
+}  // namespace
+
 ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count) {
   const int n = static_cast<int>(mass.size());
   count = std::min(count, n);
   const Eigen::Map<const VecX> m(mass.data(), n);
-  const int most = std::min(n, 4 * count + 40);
-  MatX basis(n, most + 1);
+  const int b = std::min(block_size, n), most = std::min(n, 6 * count + 60);
+  MatX basis(n, most + b), block(n, b), next(n, b), overlap, r, projected = MatX::Zero(most + b, most + b);
   std::uint64_t seed = 2463534242ull;
-  for (int i = 0; i < n; ++i) {
-    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-    basis(i, 0) = static_cast<double>(seed >> 11) * 0x1p-53 - 0.5;
-  }
-  basis.col(0) /= std::sqrt(basis.col(0).dot(m.cwiseProduct(basis.col(0))));
-  VecX diagonal(most), off(most), right(n), next(n);
-  int size = 0;
+  for (int j = 0; j < b; ++j)
+    for (int i = 0; i < n; ++i) {
+      seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+      block(i, j) = static_cast<double>(seed >> 11) * 0x1p-53 - 0.5;
+    }
+  orthonormalise(basis, 0, m, block, overlap, r);
+  basis.leftCols(b) = block;
   Eigen::SelfAdjointEigenSolver<MatX> eigen;
-  for (int k = 0; k < most; ++k) {
-    right = m.cwiseProduct(basis.col(k));
-    factor.solve(right.data(), next.data());
-    diagonal[k] = right.dot(next);
-    // Twice is enough: orthogonal to working precision.
-    for (int pass = 0; pass < 2; ++pass) {
-      const VecX overlap = basis.leftCols(k + 1).transpose() * m.cwiseProduct(next);
-      next.noalias() -= basis.leftCols(k + 1) * overlap;
-    }
-    off[k] = std::sqrt(next.dot(m.cwiseProduct(next)));
-    size = k + 1;
-    const bool exhausted = !(off[k] > 1e-14 * diagonal[0]);
-    if (!exhausted) basis.col(k + 1) = next / off[k];
-    if (exhausted || size == most || (size >= count + 10 && size % 10 == 0)) {
-      MatX t = MatX::Zero(size, size);
-      t.diagonal() = diagonal.head(size);
-      if (size > 1) t.diagonal(1) = off.head(size - 1), t.diagonal(-1) = off.head(size - 1);
-      eigen.compute(t);
-      // Largest of K^-1 M are the lowest frequencies; the residual of a Ritz pair is off * last component.
-      bool good = true;
-      for (int i = 0; i < count && i < size; ++i) {
+  int size = b, first = 0;  // columns of the basis; where its last block starts
+  int check = 2 * count;    // size at which the Ritz pairs are looked at next
+  while (true) {
+    const int width = size - first;
+    const MatX right = m.asDiagonal() * basis.middleCols(first, width);
+    next.resize(n, width);
+    factor.solve(right.data(), next.data(), width);
+    orthonormalise(basis, size, m, next, overlap, r);
+    // M K^-1 M in the basis: the new block's columns, by symmetry its rows.
+    projected.block(0, first, size, width) = overlap;
+    projected.block(first, 0, width, size) = overlap.transpose();
+    int fresh = 0;
+    for (int j = 0; j < width && size + fresh < most; ++j)
+      if (r(j, j) > 0) basis.col(size + fresh++) = next.col(j);
+    if (fresh == 0 || size >= check) {
+      check = size + 3 * b;
+      eigen.compute(projected.topLeftCorner(size, size));
+      // Largest of K^-1 M are the lowest frequencies; the residual of a Ritz pair is r times the last block of its vector. The error of a
+      // frequency is of the order of its square.
+      bool good = size >= count;
+      for (int i = 0; i < count && good; ++i) {
         const int j = size - 1 - i;
-        good = good && std::abs(off[k] * eigen.eigenvectors()(size - 1, j)) <= 1e-7 * eigen.eigenvalues()[j];
+        good = (r * eigen.eigenvectors().col(j).tail(width)).norm() <= 1e-5 * eigen.eigenvalues()[j];
       }
-      if (good || exhausted) break;
+      if (good || fresh == 0) break;  // found, or the space is exhausted
     }
+    first = size;
+    size += fresh;
   }
   count = std::min(count, size);
   ModalBasis modes;

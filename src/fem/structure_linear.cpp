@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 #include "core/error.hpp"
@@ -20,7 +21,9 @@ struct LinearDynamics {
   // motion, valid while `running`
   bool running = false;
   VecX q, rate, factor;               // factor: c_l at the present time
-  // generalized-alpha
+  // generalized-alpha; its acceleration is part of the state while it runs
+  bool stepping = false;
+  VecX acceleration;
   std::unique_ptr<CholeskyFactor> effective;
   double effective_step = 0;
 };
@@ -116,6 +119,7 @@ bool FemStructure::enter_modal(double t, bool forced) {
   l.q = q;
   l.rate = rate;
   l.running = true;
+  l.stepping = false;
   time_ = t;
   materialise();
   books_.damping_work += before - mechanical_energy();
@@ -187,7 +191,8 @@ void FemStructure::implicit_steps(double t, double duration) {
   const GeneralizedAlpha g(0.8);
   const double largest = 2 * M_PI / l.modes.omega[0] / 100;
   const long steps = std::max(1L, static_cast<long>(std::ceil(duration / largest * (1 - 1e-12))));
-  const double h = duration / static_cast<double>(steps);
+  // Ten digits: intervals that differ by rounding share one factor, and a restart finds the same step.
+  const double h = std::strtod(fmt::format("{:.9e}", duration / static_cast<double>(steps)).c_str(), nullptr);
   if (!l.effective || l.effective_step != h) {
     const double shift = ((1 - g.alpha_m) + (1 - g.alpha_f) * g.gamma * h * alpha_) / ((1 - g.alpha_f) * g.beta * h * h);
     l.effective = std::make_unique<CholeskyFactor>(stiffness_, shift, std::vector<double>(l.mass.data(), l.mass.data() + n));
@@ -203,7 +208,7 @@ void FemStructure::implicit_steps(double t, double duration) {
   stiffness_.multiply(u.data(), internal.data());
   loading(t);
   external = f;
-  a = (external - internal).cwiseQuotient(l.mass) - alpha_ * v;
+  a = l.stepping ? l.acceleration : VecX((external - internal).cwiseQuotient(l.mass) - alpha_ * v);
   VecX weight(n);
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c)
@@ -227,6 +232,9 @@ void FemStructure::implicit_steps(double t, double duration) {
   }
   scatter(dofs_, u, u_);
   scatter(dofs_, v, v_);
+  l.acceleration = a;
+  l.running = false;
+  l.stepping = true;
   time_ = t + duration;
   h_last_ = 0;
   moved();
@@ -244,30 +252,41 @@ double FemStructure::mechanical_energy() {
 }
 
 void FemStructure::leave_modal() {
-  if (linear_) linear_->running = false;
+  if (linear_) linear_->running = linear_->stepping = false;
 }
 
 void FemStructure::save_linear(std::vector<double>& state) const {
-  const bool running = linear_ && linear_->running;
-  state.push_back(running ? static_cast<double>(linear_->q.size()) : 0.0);
-  if (!running) return;
-  for (const VecX* x : {&linear_->q, &linear_->rate, &linear_->factor}) state.insert(state.end(), x->data(), x->data() + x->size());
+  const bool running = linear_ && linear_->running, stepping = linear_ && linear_->stepping;
+  state.push_back(running ? 1.0 : stepping ? 2.0 : 0.0);
+  if (running)
+    for (const VecX* x : {&linear_->q, &linear_->rate, &linear_->factor}) state.insert(state.end(), x->data(), x->data() + x->size());
+  if (stepping) state.insert(state.end(), linear_->acceleration.data(), linear_->acceleration.data() + linear_->acceleration.size());
 }
 
 std::size_t FemStructure::restore_linear(std::span<const double> state) {
   leave_modal();
-  if (state.empty()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
-  const int modes = static_cast<int>(state[0]);
-  if (modes == 0) return 1;
+  const auto need = [&](std::size_t count) {
+    if (state.size() < count) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  };
+  need(1);
+  if (state[0] == 0) return 1;
   LinearDynamics& l = linear_dynamics();
-  const int loads = static_cast<int>(loads_.size());
-  if (modes != l.modes.omega.size() || state.size() < static_cast<std::size_t>(1 + 2 * modes + loads))
-    throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
-  l.q = Eigen::Map<const VecX>(&state[1], modes);
-  l.rate = Eigen::Map<const VecX>(&state[1 + modes], modes);
-  l.factor = Eigen::Map<const VecX>(state.data() + 1 + 2 * modes, loads);
-  l.running = true;
-  return 1 + 2 * static_cast<std::size_t>(modes) + loads;
+  std::size_t at = 1;
+  const auto take = [&](VecX& x, Eigen::Index size) {
+    need(at + static_cast<std::size_t>(size));
+    x = Eigen::Map<const VecX>(state.data() + at, size);
+    at += static_cast<std::size_t>(size);
+  };
+  if (state[0] == 1) {
+    take(l.q, l.modes.omega.size());
+    take(l.rate, l.modes.omega.size());
+    take(l.factor, static_cast<Eigen::Index>(loads_.size()));
+    l.running = true;
+  } else {
+    take(l.acceleration, dofs_.size);
+    l.stepping = true;
+  }
+  return at;
 }
 
 std::string FemStructure::advance_alone(double t, double duration) {

@@ -1,0 +1,80 @@
+// CPU time of the element kernels per element: the counter "us_per_element".
+#include <benchmark/benchmark.h>
+
+#include "fem/damage_field.hpp"
+#include "fem/structure_fem.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+
+namespace {
+
+/// A pier with 4 n^3 cells; sheared: one Jacobian per cell; bent: eight.
+HexMesh pier(int n, CellShape shape) {
+  StructureSpec s;
+  s.kind = "box";
+  s.size = Vec3(1, 1, 4);
+  s.cells = {n, n, 4 * n};
+  HexMesh mesh = make_mesh(s);
+  for (Vec3& x : mesh.nodes) {
+    if (shape == CellShape::affine) x.x() += 0.2 * x.y();
+    if (shape == CellShape::general) x.x() += 0.1 * x.y() * x.z();
+  }
+  return mesh;
+}
+
+AlignedVector waves(const HexMesh& mesh, double size) {
+  AlignedVector u(4 * mesh.nodes.size(), 0.0);
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    for (int c = 0; c < 3; ++c) u[4 * n + c] = size * std::sin(3.0 * mesh.nodes[n][c] + 2.0 * mesh.nodes[n][(c + 1) % 3]);
+  return u;
+}
+
+void elastic(benchmark::State& state, CellShape shape, bool finite) {
+  const HexMesh mesh = pier(static_cast<int>(state.range(0)), shape);
+  ElementOperator op(mesh, 14e9, 18e9, false);
+  const AlignedVector u = waves(mesh, 1e-4);
+  AlignedVector f(u.size(), 0.0);
+  for (auto _ : state) {
+    op.add_internal_force(u.data(), f.data(), finite, finite);
+    benchmark::DoNotOptimize(f.data());
+  }
+  state.counters["us_per_element"] = benchmark::Counter(1e-6 * static_cast<double>(mesh.hexes.size()) * static_cast<double>(state.iterations()),
+                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+/// A whole explicit step without contact: forces, velocities, energies.
+void step(benchmark::State& state) {
+  StructureSpec s;
+  s.name = "P";
+  s.kind = "column";
+  s.young = 30e9;
+  s.density = 2500;
+  s.size = Vec3(2, 2, 8);
+  const int n = static_cast<int>(state.range(0));
+  s.cells = {n, n, 4 * n};
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.gravity_preload = false;
+  s.integrator = "explicit";
+  s.initial_velocity = Vec3(0.01, 0, 0);
+  FemStructure pier(s, Vec3::Zero(), [](const std::string&) {});
+  const double h = pier.critical_step();
+  double t = 0;
+  for (auto _ : state) {
+    pier.predict(t, h);
+    pier.correct(t, h, {});
+    t += h;
+  }
+  state.counters["us_per_element"] = benchmark::Counter(1e-6 * static_cast<double>(pier.elements()) * static_cast<double>(state.iterations()),
+                                                        benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
+}
+
+}  // namespace
+
+BENCHMARK_CAPTURE(elastic, brick, CellShape::brick, false)->Arg(8)->Arg(24);
+BENCHMARK_CAPTURE(elastic, affine, CellShape::affine, false)->Arg(8)->Arg(24);
+BENCHMARK_CAPTURE(elastic, general, CellShape::general, false)->Arg(8)->Arg(24);
+BENCHMARK_CAPTURE(elastic, brick_lagrangian, CellShape::brick, true)->Arg(8);
+BENCHMARK(step)->Arg(8)->Arg(24);
+
+BENCHMARK_MAIN();
