@@ -43,7 +43,7 @@ traction = [2.0e6, 0.0, 0.0]
 history = [[0.0, 0.0], [0.005, 1.0], [0.01, 0.0]]
 [output]
 interval = "0.05 s"
-history_interval = "0.1 ms"
+history_interval = "0.5 ms"
 """
 
 
