@@ -78,6 +78,7 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   auto* convert = app->add_subcommand("convert", "Convert between formats, e.g. results.h5#/history/blocks to CSV");
   convert->add_option("IN", options.input, "What to convert")->required();
   convert->add_option("OUT", options.output, "Where to")->required();
+  convert->add_flag("--repair", options.repair, "Surface meshes: weld, turn outward, fill holes, and tell what was done");
 
   auto* explain = app->add_subcommand("explain", "What a scene key means: type, unit, default, range, source");
   explain->add_option("KEY", options.input, "Key, e.g. block.size or simulation");

@@ -23,6 +23,7 @@ struct Options {
   bool quick = false;
   bool all = false, markdown = false;
   bool man = false;
+  bool repair = false;           // talus convert
   std::vector<std::string> words;
   // talus formulas
   std::string mass, velocity, diameter, stiffness, angle;

@@ -7,10 +7,9 @@
 namespace talus::app {
 
 int command_check(const Options& options) {
-  scene::Scene scene = scene::read_scene(options.input, options.overrides());
-  for (const Problem& warning : scene.warnings) fmt::print(stderr, "{}\n", warning.str());
-  const std::size_t warnings = scene.warnings.size();
-  const sim::Simulation simulation(std::move(scene));
+  const sim::Simulation simulation(scene::read_scene(options.input, options.overrides()));
+  for (const Problem& warning : simulation.scene().warnings) fmt::print(stderr, "{}\n", warning.str());
+  const std::size_t warnings = simulation.scene().warnings.size();
   const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
   for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "core/error.hpp"
 #include "geometry/mesh.hpp"
 #include "io/block_files.hpp"
 #include "io/convert.hpp"
@@ -11,6 +12,17 @@ namespace {
 
 bool is_hdf5(const std::string& path) { return path.ends_with(".h5") || path.ends_with(".hdf5"); }
 
+/// Tells what was changed and what is still wrong.
+int repair_mesh(const std::string& in, const std::string& out) {
+  geometry::RepairReport report;
+  const geometry::Mesh mesh = geometry::repair(geometry::read_mesh(in), report);
+  geometry::write_mesh(out, mesh);
+  fmt::print("{} vertices welded, {} triangles dropped, {} turned{}, {} holes filled with {} triangles\n{}\n", report.vertices_welded, report.triangles_dropped, report.triangles_turned,
+             report.turned_inside_out ? " (the surface was inside out)" : "", report.holes_filled, report.triangles_added, out);
+  for (const Problem& problem : report.remaining) fmt::print(stderr, "{}\n", problem.str());
+  return report.remaining.empty() ? done : fell_short;
+}
+
 }  // namespace
 
 int command_convert(const Options& options) {
@@ -18,6 +30,9 @@ int command_convert(const Options& options) {
   const std::size_t hash = in.find('#');
   const std::string file = in.substr(0, hash), part = hash == std::string::npos ? "" : in.substr(hash + 1);
   constexpr std::string_view blocks = "/geometry/blocks";
+  if (options.repair && !(geometry::is_mesh_file(in) && geometry::is_mesh_file(out)))
+    throw InputError(Problem{.file = in, .line = 0, .column = 0, .key = "--repair", .value = out, .rule = "repairs surface meshes only", .remedy = "give IN and OUT as STL, OBJ, PLY, OFF or VTU"});
+  if (options.repair) return repair_mesh(in, out);
   if (is_hdf5(file) && geometry::is_mesh_file(out) && part.starts_with(blocks) && (part.size() == blocks.size() || part[blocks.size()] == '@'))
     geometry::write_mesh(out, io::read_blocks(file, part.size() > blocks.size() ? part.substr(blocks.size() + 1) : ""));
   else if (geometry::is_mesh_file(in) && is_hdf5(out)) io::write_blocks(out, in);

@@ -121,15 +121,14 @@ int run_scene(scene::Scene scene, const Options& options) {
   const std::string hash = scene_hash(resolved);
   const std::string scene_file = scene.file;
   const bool report = scene.output.report;
-  const std::vector<Problem> warnings = scene.warnings;
-  for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
-
   std::vector<std::string> reports;   // of the build, before there is a log
   io::Recorder* sink_log = nullptr;
   sim::Simulation simulation(std::move(scene), [&](const std::string& line) {
     if (sink_log) sink_log->log().info("report", {{"text", line}});
     else reports.push_back(line);
   });
+  const std::vector<Problem>& warnings = simulation.scene().warnings;   // of the scene, and of what was built from it
+  for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
 
   std::uint64_t position = 0;
   bool resumed = false;

@@ -361,9 +361,6 @@ CutResult cut(const CutSpec& spec) {
     check_size("joint." + joint.name);
   }
   make_blocks(complex, marks, spec.least_volume, result);
-  if (result.merged > 0)
-    result.warnings.push_back({.severity = Problem::Severity::warning, .key = "rock_mass.least_volume", .value = fmt::format("{}", spec.least_volume),
-                               .rule = fmt::format("{} slivers joined a neighbour", result.merged), .remedy = "none needed; the mass is kept"});
   return result;
 }
 

@@ -267,7 +267,7 @@ TEST(Cut, SliversJoinTheirNeighbourAndMassIsKept) {
   EXPECT_EQ(r.blocks.size(), 2u);
   EXPECT_EQ(r.merged, 2);
   expect_invariants(r, "slivers");
-  ASSERT_FALSE(r.warnings.empty());
+  EXPECT_TRUE(r.warnings.empty());  // merging is what least_volume asks for
 }
 
 TEST(Cut, PlanesThroughCornersAndAlongFacesAreDecidedOnce) {
