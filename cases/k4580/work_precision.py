@@ -87,6 +87,7 @@ def plot(rows, path):
     import matplotlib
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    plt.rcParams["svg.fonttype"] = "none"       # text stays text
     fig, axes = plt.subplots(1, 2, figsize=(10, 4))
     for ax, what in zip(axes, MEASURES):
         for method, style in (("talus", "o-"), ("dda-1988", "s--")):
