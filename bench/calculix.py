@@ -88,13 +88,15 @@ def cpu(command, log):
 
 
 def peak_of_dat(path):
-    time, best = 0.0, (0.0, 0.0)
+    time, best, reading = 0.0, (0.0, 0.0), False
     for line in open(path, encoding="utf-8"):
-        found = re.search(r"time\s+([0-9.E+-]+)", line)
+        header = re.search(r"displacements .* time\s+([0-9.E+-]+)", line)
         fields = line.split()
-        if found:
-            time = float(found.group(1))
-        elif len(fields) == 4 and abs(float(fields[1])) > abs(best[1]):
+        if header:
+            time, reading = float(header.group(1)), True
+        elif fields and not fields[0].isdigit():
+            reading = False
+        elif reading and len(fields) == 4 and abs(float(fields[1])) > abs(best[1]):
             best = (time, float(fields[1]))
     return best
 
