@@ -93,7 +93,12 @@ Situation look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
   b.set(*B.p, between, pb.F);
   const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
   const bool slower = A.motion->rotation.squaredNorm() <= B.motion->rotation.squaredNorm();
-  if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) return {sep.distance, slower, sep.normal};
+  if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) {
+    // Very close together the direction of the closest points is lost in round-off: it must part the two as far as they are.
+    double lo, hi;
+    a.extent(sep.normal, lo, hi);
+    if (b.min_height(sep.normal) - hi > 0.99 * sep.distance) return {sep.distance, slower, sep.normal};
+  }
   const auto axis = narrow::signed_axis(a, b);
   return {axis.gap, axis.owner == 0 ? true : axis.owner == 1 ? false : slower, axis.normal};
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "coupling/island_body.hpp"
+#include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
 
@@ -80,12 +81,21 @@ void IslandStepper::find(double h) {
   if (found_for_ >= h) return;   // the touches at hand hold for this state and reach
   found_for_ = h;
   touches_.clear();
+  margins_.clear();
+  flush_pair_.clear();
   for (const CandidatePair& pair : island_->pairs) {
     double margin = reach(pair.b, h) + 1e-6 * length_;
     if (pair.a.kind == Partner::Kind::block) margin += reach(pair.a.index, h);
     if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
+    const std::size_t before = touches_.size();
     find_touches(model_, state_, env_, pair, margin, history_, touches_);
+    margins_.push_back(margin);
+    flush_pair_.push_back(touches_.size() > before ? 1 : 0);
   }
+  drop_internal_edges(model_, state_, env_, flush(), touches_);
+  std::size_t t = 0;
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
+    for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
   report_.counters.contacts += static_cast<long>(touches_.size());
 }
 
@@ -264,113 +274,6 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) 
   return out;
 }
 
-double IslandStepper::first_impact() const {
-  // Earliest onset of a pair that is not in closed contact already, on the motion just computed.
-  double first = 2;
-  const auto motion_of = [&](int block) {
-    contact::Motion m;
-    const int l = local_[static_cast<std::size_t>(block)];
-    m.start = dda::pose(state_, block);
-    if (l < 0) return m;
-    const Body& b = bodies_[static_cast<std::size_t>(l)];
-    m.start = b.start;
-    m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
-    if (b.impulse.isZero(0)) m.half_gravity_step = b.free.pose.c - b.start.c - step_length_ * b.v0.head<3>();
-    const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
-    const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
-    const double s = v.norm();
-    m.rotation = s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, std::abs(turn.w())) / s * v);
-    return m;
-  };
-  for (const CandidatePair& pair : island_->pairs) {
-    bool closed = false, separated = false;
-    for (const Touch& t : touches_)
-      if (t.a == pair.a && t.b == pair.b) {
-        closed = closed || t.row >= 0;
-        separated = true;
-      }
-    if (closed) continue;
-    (void)separated;
-    const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
-    const contact::Motion motion = motion_of(pair.b);
-    const double tolerance = 1e-10 * length_;
-    double s = 2;
-    switch (pair.a.kind) {
-      case Partner::Kind::block:
-        s = contact::time_of_impact(*model_.blocks[static_cast<std::size_t>(pair.a.index)].shape, motion_of(pair.a.index), shape, motion, tolerance);
-        break;
-      case Partner::Kind::plane: s = contact::time_of_impact(env_.planes[static_cast<std::size_t>(pair.a.index)], shape, motion, tolerance); break;
-      case Partner::Kind::terrain: s = contact::time_of_impact(*env_.terrain, shape, motion, tolerance); break;
-      case Partner::Kind::structure:
-        s = contact::time_of_impact(*env_.structures[static_cast<std::size_t>(pair.a.index)].index, shape, motion, tolerance);
-        break;
-    }
-    first = std::min(first, s);
-  }
-  return first;
-}
-
-bool IslandStepper::locate_event(double& h, int passes) {
-  // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
-  // cross is drift and is projected.
-  std::vector<Touch> start = touches_;
-  const auto was_row = [&](const Touch& t) {
-    for (const Touch& s : start)
-      if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
-    return false;
-  };
-  const auto worst_onset = [&](double step, double& rate) {
-    // Deepest new touch at the end of the step, and its approach velocity.
-    std::vector<Touch> keep;
-    keep.swap(touches_);
-    found_for_ = -1;
-    find(step);
-    double gap = std::numeric_limits<double>::infinity();
-    rate = 0;
-    for (const Touch& t : touches_)
-      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_)) {
-        gap = t.at.gap;
-        rate = t.approach;
-      }
-    touches_.swap(keep);
-    found_for_ = -1;
-    return gap;
-  };
-  double step = h;
-  const double s = first_impact();
-  bool event = s <= 1;
-  double rate = 0;
-  double gap = worst_onset(h, rate);
-  if (gap < -1e-8 * length_) event = true;
-  if (!event) return false;
-  double low = 0, high = h;
-  // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two more.
-  double far = 0;
-  for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
-  const double onset_tolerance = 1e-13 * length_ + 4e-15 * far;
-  if (s <= 1) step = std::max(s, 1e-12) * h;
-  else step = std::max(0.0, std::min(h, h + gap / -rate));
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    if (!(step > low && step < high)) step = 0.5 * (low + high);
-    restore();
-    touches_ = start;
-    step_length_ = step;
-    if (!smooth(step, false, passes).ok) return false;
-    gap = worst_onset(step, rate);
-    if (std::abs(gap) <= onset_tolerance) break;
-    if (gap > 0) low = step; else high = step;
-    if (high - low < 1e-15 * h) break;
-    if (!std::isfinite(gap)) {
-      if (s <= 1 && iteration == 0) break;    // conservative time: nothing within reach yet, go on from here
-      step = 0.5 * (low + high);
-      continue;
-    }
-    step += gap / -rate;
-  }
-  h = step;
-  return true;
-}
-
 double IslandStepper::step_limit(double remaining, bool lumped) const {
   if (settings_.fixed_step > 0) return settings_.fixed_step;
   if (!lumped) {
@@ -425,6 +328,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     int stopping = -1;
     bool stop_located = false;
     int releases = 0;
+    int cuts = 0;
     if (!lumped && closed && settings_.fixed_step <= 0)
       for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
@@ -444,6 +348,15 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         }
         report_.ledger = before;
         continue;
+      }
+      if (lumped && h > 10 * settings_.min_step && ++cuts <= 30) {
+        const double s = crossing();
+        if (s < 1) {   // the step ends short of it; a row is there in the next one
+          restore();
+          ++report_.counters.rejected;
+          h *= std::clamp(0.99 * s, 0.01, 0.99);
+          continue;
+        }
       }
       if (!lumped && settings_.fixed_step <= 0 && closed) {
         if (releases < 3 && cut_at_release(h)) {
@@ -488,7 +401,9 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
           }
         }
         const double grow = o.error > 0 ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.3, 2.0) : 2.0;
-        suggested_ = h * grow;
+        // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
+        const bool clipped = h >= remaining * (1 - 1e-12) && grow >= 1;
+        suggested_ = clipped ? std::max(suggested_, h * grow) : h * grow;
       }
       break;
     }

@@ -62,6 +62,7 @@ class IslandStepper {
   bool deformable_structure(const Touch& touch) const;
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
+  double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
   double impact_speed(const Touch& touch) const;
   Vec3 slip(const Touch& touch, const Vec3& at) const;
 
@@ -89,7 +90,10 @@ class IslandStepper {
   double step_limit(double remaining, bool lumped) const;
   bool locate_event(double& h, int passes);
   void rest_check(double h);
+  contact::Motion motion_of(int block) const;
+  double time_of_impact(const CandidatePair& pair, double tolerance) const;
   double first_impact() const;   // fraction of the step, above 1: none
+  double crossing() const;       // the same for what the rows of a lumped step leave open
 
   const dda::Model& model_;
   dda::State& state_;
@@ -101,7 +105,9 @@ class IslandStepper {
   const Island* island_ = nullptr;
   std::vector<Body> bodies_;
   std::vector<int> local_;                // block -> body, -1
-  std::vector<Touch> touches_;
+  std::vector<Touch> touches_;            // in the order of the island's pairs
+  std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
+  std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;

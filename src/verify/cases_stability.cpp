@@ -95,6 +95,14 @@ std::vector<Stress> scenes() {
     return all.back();
   };
   add("E1", "1000 m/s at a plate of 1 mm, step 0.01", [=](const M& m) { return start(m, 0.1, 0.5).box("plate", Vec3(0.001, 20, 20), Vec3::Zero(), held).box("B", unit, Vec3(-8.3, 0, 0), velocity(Vec3(1000, 0, 0))).str(); }).method = M::fixed_step(0.01);
+  auto& crowd = add("E1-crowd", "1000 m/s at a plate of 1 mm in an island of 26", [=](const M& m) {
+    SceneText s = start(m, 0.1, 0.5);
+    s.plane(up, Vec3(0, 0, -0.5)).box("plate", Vec3(0.001, 20, 20), Vec3(0, 0, 9.5), held).box("B", unit, Vec3(-8.3, 0, 1.6), velocity(Vec3(1000, 0, 0)));
+    for (int i = 0; i < 24; ++i) s.box(fmt::format("c{}", i), Vec3(0.5, 0.5, 0.5), Vec3((i < 12 ? 0.4 : -8) + 0.6 * (i % 12), 0, -0.25), {});
+    return s.str();
+  });
+  crowd.size = 0.5;
+  crowd.more = [](CaseRun& c, const Outcome& o) { c.holds("1000 m/s in a crowd: the cube stays before the plate", "x <= -0.5", o.last().position[1].x() <= -0.5 + 1e-9); };
   add("E2", "tunnel with 0.1 mm to spare", [=](const M& m) {
     return start(m, 1, 0.3).plane(up).plane(-up, Vec3(0, 0, 1.0001)).plane(Vec3::UnitY()).plane(-Vec3::UnitY(), Vec3(0, 1.0001, 0)).box("B", unit, Vec3(0, 0.50005, 0.50005), velocity(Vec3(20, 0.5, 0)) + spin(Vec3(0.1, 0.05, 0.2))).str();
   });
@@ -106,13 +114,23 @@ std::vector<Stress> scenes() {
   add("E5", "wedge in a notch", [=](const M& m) { return start(m, 1, 0.4).plane(Vec3(1, 0, 0.3)).plane(Vec3(-1, 0, 0.3)).box("B", unit, Vec3(0.05, 0, 3), spin(Vec3(0, 0.3, 0.2))).str(); });
   add("E6", "over a crack of 1 mm", [=](const M& m) { return start(m, 0.5, 0.3).box("a", unit, Vec3(-0.5005, 0, -0.5), held).box("b", unit, Vec3(0.5005, 0, -0.5), held).box("B", Vec3(0.3, 0.3, 0.3), Vec3(-0.3, 0, 0.25), velocity(Vec3(2, 0, 0))).str(); }).size = 0.3;
   add("E7", "over a cliff", [=](const M& m) { return start(m, 1.2, 0.2).plane(up, Vec3(0, 0, -3)).box("a", Vec3(2, 2, 2), Vec3(-1, 0, -1), held).box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.8, 0, 0.25), velocity(Vec3(2, 0.1, 0))).str(); }).size = 0.5;
-  auto& edges = add("E8", "internal edges, mu 0", [=](const M& m) {
+  // Slider on separate flush blocks: {mu-free} straight, turned about the vertical, on steps, and in a crowd of more than twelve.
+  const auto slider = [=](const M& m, double step, double yaw, int crowd) {
     SceneText s = start(m, 1, 0);
-    for (int i = 0; i < 5; ++i) s.box(fmt::format("a{}", i), unit, Vec3(i, 0, -0.5), held);
-    return s.box("B", Vec3(0.4, 0.4, 0.4), Vec3(0, 0, 0.2), velocity(Vec3(4, 0, 0))).str();
-  });
-  edges.size = 0.4;
-  edges.more = [](CaseRun& c, const Outcome& o) { c.absolute("internal edges: change of velocity [m/s]", "smooth coplanar faces", 0, (o.last().velocity.back() - Vec3(4, 0, 0)).norm(), 1e-8); };
+    for (int i = 0; i < 5; ++i) s.box(fmt::format("a{}", i), unit, Vec3(i, 0, -0.5 + (i % 2) * step), held);
+    for (int i = 0; i < crowd; ++i) s.box(fmt::format("c{}", i), Vec3(0.1, 0.1, 0.1), Vec3(0.25 * i, 0.35 * (i % 2 == 0 ? 1 : -1), 0.05), {});
+    return s.box("B", Vec3(0.4, 0.4, 0.4), Vec3(0, 0, 0.2), velocity(Vec3(4, 0, 0)) + turned(Vec3(0, 0, yaw))).str();
+  };
+  const auto smooth = [](CaseRun& c, const Outcome& o) { c.absolute("internal edges: change of velocity [m/s]", "smooth coplanar faces", 0, (o.last().velocity.back() - Vec3(4, 0, 0)).norm(), 1e-8); };
+  const auto over_edges = [&](const std::string& id, const std::string& title, double step, double yaw, int crowd) {
+    auto& edges = add(id, title, [=](const M& m) { return slider(m, step, yaw, crowd); });
+    edges.size = 0.4;
+    edges.more = smooth;
+  };
+  over_edges("E8", "internal edges, mu 0", 0, 0, 0);
+  over_edges("E8-turned", "internal edges, turned 30 degrees", 0, 30 * deg, 0);
+  for (const double step : {1e-12, 1e-10, 4e-10}) over_edges(fmt::format("E8-{:g}", step), fmt::format("internal edges, steps of {:g} m", step), step, 0, 0);
+  over_edges("E8-crowd", "internal edges, an island of 15", 0, 0, 14);
   const Mat3 corner = Quat::FromTwoVectors(Vec3(1, 1, 1).normalized(), up).toRotationMatrix();
   const double half = std::sqrt(3.0) / 2;
   add("E9", "vertex on vertex", [=](const M& m) { return start(m, 1, 0.5).plane(up, Vec3(0, 0, -2)).box("a", unit, Vec3(0, 0, -half), held + turned(rotation_vector(corner))).box("B", unit, Vec3(0, 0, half + 0.2), turned(rotation_vector(corner))).str(); });

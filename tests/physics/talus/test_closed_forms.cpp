@@ -39,7 +39,7 @@ TEST_P(Stressed, KeepsItsInvariants) {
   for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
 }
 
-INSTANTIATE_TEST_SUITE_P(E, Stressed, testing::Values("E2", "E3-1e+06", "E4", "E5", "E9", "E10", "E11", "E12", "E17", "E18"), [](const auto& info) {
+INSTANTIATE_TEST_SUITE_P(E, Stressed, testing::Values("E1-crowd", "E2", "E3-1e+06", "E4", "E5", "E8", "E8-turned", "E8-4e-10", "E8-crowd", "E9", "E10", "E11", "E12", "E17", "E18"), [](const auto& info) {
   std::string name = info.param;
   for (char& c : name)
     if (c == '-' || c == '+') c = '_';

@@ -1,0 +1,147 @@
+// Events within a step: onsets that end it, and crossings that no row knows of.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+contact::Motion IslandStepper::motion_of(int block) const {
+  // From the start of the step to the state just computed: chord (or parabola in free flight) and rotation vector.
+  contact::Motion m;
+  m.start = dda::pose(state_, block);
+  const int l = local_[static_cast<std::size_t>(block)];
+  if (l < 0) return m;
+  const Body& b = bodies_[static_cast<std::size_t>(l)];
+  m.start = b.start;
+  m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
+  if (b.impulse.isZero(0)) m.half_gravity_step = b.free.pose.c - b.start.c - step_length_ * b.v0.head<3>();
+  const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
+  const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
+  const double s = v.norm();
+  m.rotation = s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, std::abs(turn.w())) / s * v);
+  return m;
+}
+
+double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance) const {
+  const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
+  const contact::Motion motion = motion_of(pair.b);
+  const auto index = static_cast<std::size_t>(pair.a.index);
+  switch (pair.a.kind) {
+    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_of(pair.a.index), shape, motion, tolerance);
+    case Partner::Kind::plane: return contact::time_of_impact(env_.planes[index], shape, motion, tolerance);
+    case Partner::Kind::terrain: return contact::time_of_impact(*env_.terrain, shape, motion, tolerance);
+    case Partner::Kind::structure: return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
+  }
+  return 2;
+}
+
+double IslandStepper::first_impact() const {
+  // Earliest onset of a pair that is not in closed contact already, on the motion just computed.
+  double first = 2;
+  for (const CandidatePair& pair : island_->pairs) {
+    bool closed = false;
+    for (const Touch& t : touches_) closed = closed || (t.row >= 0 && t.a == pair.a && t.b == pair.b);
+    if (!closed) first = std::min(first, time_of_impact(pair, 1e-10 * length_));
+  }
+  return first;
+}
+
+double IslandStepper::crossing() const {
+  // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
+  // with rows may not move by more than a part of the thinner body's thickness unseen.
+  double first = 2;
+  std::size_t t = 0;   // touches follow the order of the pairs
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const CandidatePair& pair = island_->pairs[i];
+    const auto kb = static_cast<std::size_t>(pair.b);
+    double apart = std::numeric_limits<double>::infinity();
+    bool listed = flush_pair_[i] != 0, any = false;
+    for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
+      any = true;
+      listed = listed || touches_[t].row >= 0;
+      apart = std::min(apart, touches_[t].at.gap);
+    }
+    const contact::Motion b = motion_of(pair.b);
+    Vec3 moved = b.displacement, bulge = b.half_gravity_step;
+    double turned = model_.blocks[kb].shape->radius * b.rotation.norm(), thickness = model_.blocks[kb].shape->inradius;
+    if (pair.a.kind == Partner::Kind::block) {
+      const auto ka = static_cast<std::size_t>(pair.a.index);
+      const contact::Motion a = motion_of(pair.a.index);
+      moved -= a.displacement;
+      bulge -= a.half_gravity_step;
+      turned += model_.blocks[ka].shape->radius * a.rotation.norm();
+      thickness = std::min(thickness, model_.blocks[ka].shape->inradius);
+    }
+    const double path = moved.norm() + bulge.norm() / 4 + turned;
+    const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
+    if (path <= clear) continue;
+    const double s = time_of_impact(pair, listed ? 1e-3 * thickness : 1e-10 * length_);
+    if (!listed || s < 0.9) first = std::min(first, s);   // rows end where they touch: that is no crossing
+  }
+  return first;
+}
+
+bool IslandStepper::locate_event(double& h, int passes) {
+  // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
+  // cross is drift and is projected.
+  std::vector<Touch> start = touches_;
+  const auto was_row = [&](const Touch& t) {
+    for (const Touch& s : start)
+      if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
+    return false;
+  };
+  const auto worst_onset = [&](double step, double& rate) {
+    // Deepest new touch at the end of the step, and its approach velocity.
+    std::vector<Touch> keep;
+    keep.swap(touches_);
+    found_for_ = -1;
+    find(step);
+    double gap = std::numeric_limits<double>::infinity();
+    rate = 0;
+    for (const Touch& t : touches_)
+      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_)) {
+        gap = t.at.gap;
+        rate = t.approach;
+      }
+    touches_.swap(keep);
+    found_for_ = -1;
+    return gap;
+  };
+  double step = h;
+  const double s = first_impact();
+  bool event = s <= 1;
+  double rate = 0;
+  double gap = worst_onset(h, rate);
+  if (gap < -1e-8 * length_) event = true;
+  if (!event) return false;
+  double low = 0, high = h;
+  // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two more.
+  double far = 0;
+  for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
+  const double onset_tolerance = 1e-13 * length_ + 4e-15 * far;
+  if (s <= 1) step = std::max(s, 1e-12) * h;
+  else step = std::max(0.0, std::min(h, h + gap / -rate));
+  for (int iteration = 0; iteration < 12; ++iteration) {
+    if (!(step > low && step < high)) step = 0.5 * (low + high);
+    restore();
+    touches_ = start;
+    step_length_ = step;
+    if (!smooth(step, false, passes).ok) return false;
+    gap = worst_onset(step, rate);
+    if (std::abs(gap) <= onset_tolerance) break;
+    if (gap > 0) low = step; else high = step;
+    if (high - low < 1e-15 * h) break;
+    if (!std::isfinite(gap)) {
+      if (s <= 1 && iteration == 0) break;    // conservative time: nothing within reach yet, go on from here
+      step = 0.5 * (low + high);
+      continue;
+    }
+    step += gap / -rate;
+  }
+  h = step;
+  return true;
+}
+
+}  // namespace talus::coupling

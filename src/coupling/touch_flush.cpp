@@ -1,0 +1,124 @@
+#include "coupling/touch_flush.hpp"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "contact/surface_index.hpp"
+
+namespace talus::coupling {
+namespace {
+
+constexpr double parallel_cosine = 0.9998;
+
+struct Range {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  void add(double x) { low = std::min(low, x), high = std::max(high, x); }
+};
+
+/// Heights of a block's vertices along n.
+Range heights(const dda::Model& m, const dda::State& s, int block, const Vec3& n) {
+  const Pose pose = dda::pose(s, block);
+  const Vec3 in_body = pose.F.transpose() * n;
+  Range r;
+  for (const Vec3& X : m.blocks[static_cast<std::size_t>(block)].shape->vertices) r.add(in_body.dot(X));
+  const double centre = n.dot(pose.c);
+  return {r.low + centre, r.high + centre};
+}
+
+/// Heights of the triangles that share a vertex with the given one.
+Range heights_around(const contact::SurfaceIndex& index, int triangle, const Vec3& n) {
+  const contact::SurfaceIndex::Impl& s = index.impl();
+  Range r;
+  for (const int v : s.surface.triangles[static_cast<std::size_t>(triangle)])
+    for (int i = s.vertex_offset[static_cast<std::size_t>(v)]; i < s.vertex_offset[static_cast<std::size_t>(v) + 1]; ++i)
+      for (const int w : s.surface.triangles[static_cast<std::size_t>(s.vertex_triangle[static_cast<std::size_t>(i)])])
+        r.add(n.dot(s.surface.vertices[static_cast<std::size_t>(w)]));
+  return r;
+}
+
+/// The plane of a contact as seen by one of its two blocks: n towards the block, the two sides' levels.
+struct Support {
+  Vec3 n;
+  double block_level, partner_level;   // n . x [m]
+};
+
+class EdgeFilter {
+ public:
+  EdgeFilter(const dda::Model& m, const dda::State& s, const Environment& env, double flush, const std::vector<Touch>& touches)
+      : model_(m), state_(s), env_(env), flush_(flush), touches_(touches) {
+    for (std::size_t i = 0; i < touches.size(); ++i) {
+      const Touch& t = touches[i];
+      if (t.at.gap > flush) continue;
+      resting_.emplace_back(t.b, i);
+      if (t.a.kind == Partner::Kind::block) resting_.emplace_back(t.a.index, i);
+    }
+    std::sort(resting_.begin(), resting_.end());
+  }
+
+  bool internal(const Touch& t) const {
+    if (t.at.area > 0 || t.a.kind == Partner::Kind::plane) return false;
+    return slides(t, t.b) || (t.a.kind == Partner::Kind::block && slides(t, t.a.index));
+  }
+
+ private:
+  static Support support(const Touch& s, int block) {
+    const Vec3& n = s.at.normal;
+    if (s.b == block) return {n, n.dot(s.at.point_b), n.dot(s.at.point_a)};
+    return {-n, -n.dot(s.at.point_a), -n.dot(s.at.point_b)};
+  }
+
+  /// True if block q of t rests on a plane that parts it from the other body of t.
+  bool slides(const Touch& t, int q) const {
+    for (auto i = std::lower_bound(resting_.begin(), resting_.end(), std::pair(q, std::size_t{0})); i != resting_.end() && i->first == q; ++i) {
+      const Touch& s = touches_[i->second];
+      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q)) return true;
+    }
+    return false;
+  }
+
+  /// True if the plane has block q above and the other body of t below it.
+  bool parts(const Support& p, const Touch& t, int q) const {
+    const double low = std::min(p.block_level, p.partner_level) - flush_, high = std::max(p.block_level, p.partner_level) + flush_;
+    const bool q_is_b = t.b == q;
+    // Most are told apart by the touched points alone.
+    if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
+    if (heights(model_, state_, q, p.n).low < low) return false;
+    if (!q_is_b) return heights(model_, state_, t.b, p.n).high <= high;
+    switch (t.a.kind) {
+      case Partner::Kind::block: return heights(model_, state_, t.a.index, p.n).high <= high;
+      case Partner::Kind::terrain: {
+        const int face = t.at.face_a >= 0 ? t.at.face_a : env_.terrain->triangle_at(t.at.point_a);
+        return heights_around(*env_.terrain, face, p.n).high <= high;
+      }
+      case Partner::Kind::structure:
+        return heights_around(*env_.structures[static_cast<std::size_t>(t.a.index)].index, t.at.face_a, p.n).high <= high;
+      case Partner::Kind::plane: break;
+    }
+    return false;
+  }
+
+  const dda::Model& model_;
+  const dda::State& state_;
+  const Environment& env_;
+  double flush_;
+  const std::vector<Touch>& touches_;
+  std::vector<std::pair<int, std::size_t>> resting_;   // block, one of its contacts; sorted
+};
+
+}  // namespace
+
+void drop_internal_edges(const dda::Model& m, const dda::State& s, const Environment& env, double flush, std::vector<Touch>& touches) {
+  const EdgeFilter filter(m, s, env, flush, touches);
+  thread_local std::vector<char> drop;
+  drop.assign(touches.size(), 0);
+  bool any = false;
+  for (std::size_t i = 0; i < touches.size(); ++i) any |= (drop[i] = filter.internal(touches[i]) ? 1 : 0) != 0;
+  if (!any) return;
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < touches.size(); ++i)
+    if (drop[i] == 0) touches[kept++] = touches[i];
+  touches.resize(kept);
+}
+
+}  // namespace talus::coupling
