@@ -15,7 +15,7 @@ struct ContactLaw {
   double tension = 0;     // tension cut-off, times the tributary area  [Pa]
   enum class Stiffness { hard, per_contact, per_area };
   Stiffness stiffness = Stiffness::hard;
-  double normal_stiffness = 0;  // k_n [N/m] per contact point, or [Pa/m] per area
+  double normal_stiffness = 0;  // k_n [N/m] per contact point, or [Pa/m] per area; Kind::hertz: 4/3 E* sqrt(R) [N/m^1.5] per point
   double shear_stiffness = 0;   // k_s, same meaning; 0 with springs: k_n / 2.5 is filled in by the scene
   std::optional<double> restitution;             // normal, Newton's, given by the user
   std::optional<double> restitution_tangential;

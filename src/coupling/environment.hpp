@@ -63,6 +63,7 @@ struct ContactMemory {
   Vec3 force = Vec3::Zero();    // mean force of the last step, world [N]
   Vec3 shear = Vec3::Zero();    // elastic tangential displacement of B against A, world [m]
   double normal_energy = 0;     // stored in the springs [J]
+  double crushed = 0;           // indentation lost for good [m]
   bool broken = false;          // cohesion and tension lost
 };
 

@@ -79,7 +79,8 @@ class IslandStepper {
   bool solve(double h);
   void apply(double h);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
-  double compression_at_end(const Touch& touch, double h) const;
+  double indentation_at_end(const Touch& touch, double h) const;
+  bool laws_met(double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
   void book(double h);

@@ -69,6 +69,7 @@ void IslandStepper::apply(double h) {
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     t.impulse = c.impulse;
     if (t.mode == Mode::spring_end && t.impulse[0] > 0) confine(t, c);
+    if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       if (term.body >= static_cast<int>(bodies_.size())) continue;
@@ -152,11 +153,11 @@ void IslandStepper::book(double h) {
       continue;
     }
     // Springs: what the linear rule stores; the rest of the normal work is the rule's own loss, of the tangential friction.
-    const double end_compression = compression_at_end(t, h);
-    const double start_energy = t.at.gap < 0 ? 0.5 * t.stiffness * t.at.gap * t.at.gap : 0;
-    const double end_energy = end_compression > 0 ? 0.5 * t.stiffness * end_compression * end_compression : 0;
+    const double crushed = t.normal_law.work(t.indentation) - t.normal_law.stored(t.indentation);
+    pending_.damping_work += crushed;
     // With a dashpot the loss is mostly its own.
-    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -= normal_work + (end_energy - start_energy);
+    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -=
+        normal_work + t.normal_law.stored(t.indentation) + crushed - t.normal_law.stored(-t.at.gap);
     if (t.shear_stiffness > 0) {
       const Vec3 stretch = shear_at_end(t, h);
       const double stored = 0.5 * t.shear_stiffness * (stretch.squaredNorm() - t.shear.squaredNorm());
@@ -193,15 +194,15 @@ void IslandStepper::book(double h) {
   }
 }
 
-double IslandStepper::compression_at_end(const Touch& t, double h) const {
+double IslandStepper::indentation_at_end(const Touch& t, double h) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  if (c.impulse[0] <= 0) return 0;
-  const double end_speed = -(c.bias[0] + c.compliance[0] * c.impulse[0]);
-  if (t.mode == Mode::spring_mean) {
-    const double spring = c.impulse[0] / h + t.dashpot * 0.5 * (t.approach + end_speed);
-    return 2 * spring / t.stiffness + t.at.gap;
+  double u = 0;   // row 0 of J v
+  for (int k = 0; k < c.terms; ++k) {
+    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+    for (int i = 0; i < body.ndof; ++i) u += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * problem_.v[static_cast<std::size_t>(body.offset + i)];
   }
-  return (c.impulse[0] / h + t.dashpot * end_speed) / t.stiffness;
+  return -(t.gap_ref + t.theta * h * (u - t.u_ref));
 }
 
 Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
@@ -255,11 +256,11 @@ void IslandStepper::commit(double t_end, double h) {
     }
     if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
     if (t.stiffness > 0) {
-      const double compression = std::max(0.0, compression_at_end(t, h));
-      memory.normal_energy = 0.5 * t.stiffness * compression * compression;
+      memory.crushed = t.normal_law.crushed_after(t.indentation);
+      memory.normal_energy = t.normal_law.stored(t.indentation);
       if (t.shear_stiffness > 0) memory.normal_energy += 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
     }
-    if (memory.broken || !c.impulse.isZero(0)) history_[static_cast<std::size_t>(t.b)].push_back(memory);
+    if (memory.broken || memory.crushed > 0 || !c.impulse.isZero(0)) history_[static_cast<std::size_t>(t.b)].push_back(memory);
     if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
       StructureContact row;
       row.time = t_end;

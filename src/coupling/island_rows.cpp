@@ -132,6 +132,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
     u_end = frame_end.transpose() * relative;
   }
 
+  t.gap_ref = gap_ref;
+  t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
   c.friction = law.friction;
   if (!t.broken && t.at.area > 0) {
@@ -153,18 +155,18 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
         c.bias[0] = *law.restitution * t.approach;
       break;
     }
-    case Mode::spring_mean: {
-      t.theta = 0.5;
-      const double spring = 0.25 * h * h * t.stiffness, dashpot = 0.5 * h * t.dashpot;
-      c.compliance[0] = 1 / (spring + dashpot);
-      c.bias[0] = c.compliance[0] * (0.5 * h * t.stiffness * (t.at.gap + gap_ref) - spring * u_ref[0] + dashpot * t.approach);
-      break;
-    }
+    case Mode::spring_mean:
     case Mode::spring_end: {
-      t.theta = 1;
-      const double spring = h * h * t.stiffness;
-      c.compliance[0] = 1 / (spring + h * t.dashpot);
-      c.bias[0] = c.compliance[0] * (h * t.stiffness * gap_ref - spring * u_ref[0]);
+      // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref - theta h (u - u_ref).
+      const bool mean = t.mode == Mode::spring_mean;
+      t.theta = mean ? 0.5 : 1;
+      if (first_pass) t.indentation = -gap_ref;
+      double slope = t.normal_law.slope(t.indentation);
+      const double force = mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, slope) : t.normal_law.force(t.indentation);
+      slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
+      const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
+      c.compliance[0] = 1 / (spring + dashpot);
+      c.bias[0] = c.compliance[0] * (h * slope * (gap_ref + t.indentation) - h * force - spring * u_ref[0] + (mean ? dashpot * t.approach : 0.0));
       break;
     }
     case Mode::idle: break;

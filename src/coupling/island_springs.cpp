@@ -71,7 +71,7 @@ void IslandStepper::weigh_springs() {
     Vec3 f = t.warm;   // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
       f -= t.at.normal * t.at.normal.dot(f);
-      f += t.at.normal * (t.stiffness * std::max(0.0, -t.at.gap));
+      f += t.at.normal * t.normal_law.force(std::max(0.0, -t.at.gap));
       if (t.at.gap <= reachable) {
         const Vec12 jb = row(b, t.at.point_b, t.at.normal);
         weights[static_cast<std::size_t>(b)].rate_sq += t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);

@@ -111,6 +111,14 @@ const Bond* find_bond(const Environment& env, const CandidatePair& pair, int joi
   return at != env.bonds.end() && at->a == a && at->b == b && at->joint == joint ? &*at : nullptr;
 }
 
+/// Mass that a contact of the pair stops: the two blocks in series, the one if its partner is held or a structure [kg].
+double mass_in_series(const dda::Model& m, const Touch& t) {
+  const double mass = m.blocks[static_cast<std::size_t>(t.b)].mass;
+  if (t.a.kind != Partner::Kind::block || m.blocks[static_cast<std::size_t>(t.a.index)].ndof() == 0) return mass;
+  const double other = m.blocks[static_cast<std::size_t>(t.a.index)].mass;
+  return mass * other / (mass + other);
+}
+
 /// `damping_ratio` is that of the pair moving along its normal, whatever the number of points: c_i = 2 zeta k_i sqrt(m / sum k), the sum
 /// over the points closed with it.
 void share_dashpots(const dda::Model& m, const CandidatePair& pair, std::span<Touch> touches) {
@@ -118,11 +126,7 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, std::span<To
   for (const Touch& t : touches) damped = damped || (t.stiffness > 0 && t.law->damping_ratio > 0);
   if (!damped) return;
   const dda::Model::Block& block = m.blocks[static_cast<std::size_t>(pair.b)];
-  double mass = block.mass;
-  if (pair.a.kind == Partner::Kind::block && m.blocks[static_cast<std::size_t>(pair.a.index)].ndof() > 0) {
-    const double other = m.blocks[static_cast<std::size_t>(pair.a.index)].mass;
-    mass = mass * other / (mass + other);
-  }
+  const double mass = mass_in_series(m, touches.front());
   const double closed = 1e-6 * block.shape->radius;
   double stiffness = 0;
   for (const Touch& t : touches)
@@ -130,6 +134,38 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, std::span<To
   for (Touch& t : touches) {
     if (t.stiffness == 0 || t.law->damping_ratio == 0) continue;
     t.dashpot = 2 * t.law->damping_ratio * t.stiffness * std::sqrt(mass / (stiffness + (t.at.gap <= closed ? 0 : t.stiffness)));
+  }
+}
+
+/// Springs and law of a contact point. `crushed`: indentation lost for good in earlier steps [m].
+void set_spring(Touch& t, const dda::Model& m, double crushed) {
+  const ContactLaw& law = *t.law;
+  const bool curved = law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table;
+  if (law.stiffness == ContactLaw::Stiffness::hard && !curved) return;
+  // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
+  const double inradius = m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
+  const double area = std::max(t.at.area, 0.01 * inradius * inradius);
+  const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
+  const double mass = mass_in_series(m, t);
+  t.normal_law.law = &law;
+  t.normal_law.stiffness = curved ? law.normal_stiffness : law.normal_stiffness * share;
+  t.normal_law.limit = law.crushing_pressure * area;
+  t.normal_law.crushed = crushed;
+  t.shear_stiffness = law.shear_stiffness * share;
+  switch (law.kind) {
+    case ContactLaw::Kind::linear:
+    case ContactLaw::Kind::crushing: t.stiffness = t.normal_law.stiffness; break;
+    case ContactLaw::Kind::hertz: {
+      // The deepest that this approach and the weight reach: 2/5 k x^(5/2) = m v^2 / 2, k x^(3/2) = m g.
+      const double k = t.normal_law.stiffness;
+      const double impact = std::pow(1.25 * mass * t.approach * t.approach / k, 0.4), rest = std::pow(mass * m.gravity.norm() / k, 2.0 / 3.0);
+      t.stiffness = t.normal_law.slope(std::max({impact, rest, -t.at.gap, 1e-12 * inradius}));
+      break;
+    }
+    case ContactLaw::Kind::table:
+      for (std::size_t i = 1; i < law.table.size(); ++i)
+        t.stiffness = std::max(t.stiffness, t.normal_law.slope(0.5 * (law.table[i - 1].first + law.table[i].first)));
+      break;
   }
 }
 
@@ -187,28 +223,16 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
                                         [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
                                           return c.partner != key.first ? c.partner < key.first : c.feature < key.second;
                                         });
-    if (found != memory.end() && found->partner == partner && found->feature == p.key) {
+    const bool found_memory = found != memory.end() && found->partner == partner && found->feature == p.key;
+    if (found_memory) {
       t.warm = found->force;
       t.shear = found->shear - p.normal * p.normal.dot(found->shear);
       t.stored = found->normal_energy;
       t.broken = found->broken;
       t.persistent = !found->force.isZero(0);
     }
-    switch (t.law->stiffness) {
-      case ContactLaw::Stiffness::hard: break;
-      case ContactLaw::Stiffness::per_contact:
-        t.stiffness = t.law->normal_stiffness;
-        t.shear_stiffness = t.law->shear_stiffness;
-        break;
-      case ContactLaw::Stiffness::per_area: {
-        // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
-        const double area = std::max(p.area, 0.01 * shape_b.inradius * shape_b.inradius);
-        t.stiffness = t.law->normal_stiffness * area;
-        t.shear_stiffness = t.law->shear_stiffness * area;
-        break;
-      }
-    }
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
+    set_spring(t, m, found_memory ? found->crushed : 0.0);
     out.push_back(t);
   }
   share_dashpots(m, pair, std::span(out).subspan(first));

@@ -4,14 +4,15 @@
 ///   mode            gap law over the step of length h                                    position weight theta
 ///   closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2 (trapezoid)
 ///   end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
-///   spring_mean     p = -h k (g_n + g_np)/2 while h sqrt(k/m) < 0.5                      1/2
-///   spring_end      p = -h k g_np, its loss booked as algorithmic                        1
+///   spring_mean     p = h (mean force over the step) while h sqrt(k/m) < 0.5            1/2
+///   spring_end      p = h (force at its end), its loss booked as algorithmic             1
 ///   bilateral       fixed point: u^+ = -drift                                            1/2
 #pragma once
 #include <cstdint>
 #include <span>
 #include <vector>
 
+#include "contact/normal_law.hpp"
 #include "coupling/environment.hpp"
 #include "dda/state.hpp"
 
@@ -34,7 +35,8 @@ struct Touch {
   const ContactLaw* law = nullptr;
   Mode mode = Mode::idle;
   double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
-  double stiffness = 0;          // k_n of this point [N/m], 0: hard
+  double stiffness = 0;          // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
+  contact::NormalLaw normal_law; // if stiffness > 0
   double shear_stiffness = 0;
   double dashpot = 0;            // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
   double rate_sq = 0;            // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
@@ -53,6 +55,8 @@ struct Touch {
   Mat3 frame = Mat3::Identity(); // columns n, t1, t2 at mid-step
   double theta = 0.5;
   int row = -1;                  // contact index in the problem
+  double gap_ref = 0, u_ref = 0; // gap and normal velocity at the end of the linearisation [m], [m/s]
+  double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
   Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
 };
 

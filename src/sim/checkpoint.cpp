@@ -72,7 +72,7 @@ Checkpoint Simulation::save() const {
       keys.push_back(static_cast<std::int64_t>(m.partner));
       keys.push_back(static_cast<std::int64_t>(m.feature));
       keys.push_back(m.broken ? 1 : 0);
-      memory(m.force); memory(m.shear); memory(m.normal_energy);
+      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.crushed);
     }
   }
   Writer general(c.numbers["general"]);
@@ -164,7 +164,7 @@ void Simulation::restore(const Checkpoint& c) {
       m.partner = static_cast<std::uint64_t>(keys.at(key++));
       m.feature = static_cast<std::uint64_t>(keys.at(key++));
       m.broken = keys.at(key++) != 0;
-      memory(m.force); memory(m.shear); memory(m.normal_energy);
+      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.crushed);
     }
   }
   Reader general(numbers("general"));

@@ -1,0 +1,30 @@
+/// Normal force of a sprung contact over its indentation x (x <= 0: no force).
+///
+///   linear     F = k x (below 0 as well: a row cuts it, p >= 0)         k of the contact point                      [N/m]
+///   hertz      F = k x^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
+///   crushing   F = min(k (x - y), p A)                                  y: crushed for good, p: pressure, A: area
+///   table      F linear between the points, the last slope beyond them
+///
+/// A step of a curved law from x0 to x1 takes the mean force (W(x1) - W(x0)) / (x1 - x0), the discrete gradient of the work W(x) = int_0^x F: its work
+/// is then exactly the change of W, whether the contact opens or closes within the step or not.
+#pragma once
+#include "contact/law.hpp"
+
+namespace talus::contact {
+
+struct NormalLaw {
+  const ContactLaw* law = nullptr;
+  double stiffness = 0;   // k: [N/m], hertz [N/m^1.5]
+  double limit = 0;       // crushing: p A [N]
+  double crushed = 0;     // crushing: y [m]
+
+  double force(double x) const;   // [N]
+  double slope(double x) const;   // dF/dx, from the right at a kink [N/m]
+  double work(double x) const;    // [J]; while crushing it holds what is crushed as well
+  double stored(double x) const;  // part of it that comes back [J]
+  double crushed_after(double x) const;   // y once x was reached [m]
+  /// Mean force over a step from x0 to x1, and its derivative by x1.
+  double mean_force(double x0, double x1, double& derivative) const;
+};
+
+}  // namespace talus::contact
