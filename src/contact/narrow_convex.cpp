@@ -529,7 +529,10 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
     if (edge.gap > margin) return 0;
     points.clear();
     if (std::max(face_gap, edge.gap) <= touch) {  // touching or overlapping
-      const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + touch + 0.02 * std::abs(face_gap);
+      // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
+      const Vec3 face_normal = first ? s.a.normal(of_a.face) : Vec3(-s.b.normal(of_b.face));
+      const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + touch + 0.02 * std::abs(face_gap) &&
+                           edge.normal.dot(face_normal) < parallel_cosine;
       if (by_edge && crossing({s, s.a, s.b, pose_a.c, margin, touch + 2 * std::abs(edge.gap)}, edge)) {
         emit_edges(pair, edge, points);
       } else {

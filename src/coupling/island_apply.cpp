@@ -80,6 +80,16 @@ void IslandStepper::apply(double h) {
       b.shift += (b.end_rule ? 1.0 : t.theta) * g;
     }
   }
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      Body& b = bodies_[static_cast<std::size_t>(term.body)];
+      Vec12 g = Vec12::Zero();
+      g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
+      b.impulse += g;
+      b.shift += (b.end_rule ? 1.0 : 0.5) * g;
+    }
+  });
   for (Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     const dda::FreeFlow& f = b.free;
@@ -166,6 +176,14 @@ void IslandStepper::book(double h) {
       pending_.friction_work -= slip_work;
     }
   }
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+      const Rows j(problem_.jacobians.data() + term.jacobian, 3, b.ndof);
+      pending_.friction_work -= c.impulse.dot(j * mean_velocity(b.v0, b.free.velocity, b.v_solved).head(b.ndof));
+    }
+  });
   for (const Body& b : bodies_) {
     if (b.impulse.isZero(0) && !b.end_rule) continue;
     const auto k = static_cast<std::size_t>(b.block);
@@ -299,8 +317,14 @@ void IslandStepper::commit(double t_end, double h) {
 
 double IslandStepper::project(double h) {
   // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
-  const double tolerance = 1e-9 * length_;
-  for (int pass = 0; pass < 6; ++pass) {
+  double thinnest = length_, far = 0;
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
+    far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
+  }
+  const double tolerance = std::max(5e-10 * thinnest, 1e-14 * far);
+  for (int pass = 0; pass < 24; ++pass) {
     find(h);
     double deepest = 0;
     for (const Touch& t : touches_)

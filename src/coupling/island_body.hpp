@@ -52,6 +52,19 @@ struct IslandStepper::Outcome {
   double error = 0;   // between the last two passes, relative to block size
 };
 
+/// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
+/// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch in the pass before.
+inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.law->rolling_resistance > 0 && t.a.kind != Partner::Kind::structure; }
+
+/// Calls use(touch, contact) for the rolling rows of a problem, none if it was assembled without.
+template <class Use>
+void each_rolling(std::span<Touch> touches, contact::ContactProblem& problem, Use&& use) {
+  std::size_t next = 0;
+  for (const Touch& t : touches) next += t.row >= 0 ? 1 : 0;
+  for (Touch& t : touches)
+    if (resists_rolling(t) && next < problem.contacts.size()) use(t, problem.contacts[next++]);
+}
+
 /// Which body carries the normal: the one whose face it is, or neither (crossing edges).
 enum class NormalOwner { a, b, edges };
 NormalOwner normal_owner(const Touch& touch, const dda::Model& model, const Environment& environment, const Pose* pose_a);

@@ -174,7 +174,10 @@ class Builder {
       for (int j = i; j < n; ++j) {
         const ContactLaw& law = s.laws(i, j);
         const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
-        if (law.rolling_resistance > 0) missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out; polyhedra resist rolling by their shape");
+        const bool deforms = s.coupling.scheme == scene::Coupling::Scheme::two_way &&
+                             std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) { return q.material == i || q.material == j; });
+        if (law.rolling_resistance > 0 && deforms)
+          missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out where a block meets a deformable structure");
       }
     for (const scene::Block& b : s.blocks)
       if (!b.fixed_points.empty()) missing("block." + b.name + ".fixed_points", "", "use fixed = true, or method = \"dda-1988\"");

@@ -78,7 +78,6 @@ void arch(CaseRun& c) {
   c.method(m);
   for (const auto& [n, expected] : {std::pair(7, .0957035), std::pair(25, .1069588), std::pair(101, .1074465)}) {
     if (c.quick() && n > 7) continue;
-    if (n > 25) continue;
     c.reset();
     double low = 0.98 * expected, high = 1.02 * expected;
     const bool bracket = !arch_stands(c, m, n, low, 0.7) && arch_stands(c, m, n, high, 0.7);
@@ -107,9 +106,9 @@ void card_tent(CaseRun& c) {
       // The inner long edges are the feet and the tips: tips meet at x = 0.
       const Vec3 centre = foot + 0.5 * L * axis + 0.5 * t * outward;
       Mat3 r;
-      r.col(0) = axis;
-      r.col(2) = outward;
-      r.col(1) = outward.cross(axis);
+      r.col(0) = axis;   // turned about y alone: half a turn would lose digits in its rotation vector
+      r.col(1) = Vec3::UnitY();
+      r.col(2) = axis.cross(Vec3::UnitY());
       s.box(side < 0 ? "left" : "right", Vec3(L, 0.6, t), centre, turned(rotation_vector(r)), "card");
     }
     const Outcome o = c.run(s.str());
@@ -165,25 +164,30 @@ void turntable(CaseRun& c) {
 }
 
 void patch(CaseRun& c) {
-  // Three deformable blocks under a heavy rigid plate; the whole assembly under one stress.
-  const Method m = Method::by_accuracy(1e-6);
+  // Three deformable blocks under a heavy rigid plate on stiff springs, at rest: in each the stress of what it carries, half its own
+  // weight included (a block of constant strain takes the mean). Steps far longer than its periods bring the pile to rest.
+  const Method m = Method::fixed_step(0.05);
   c.method(m);
-  const double E = 1e8, nu = 0.25, plate = 7800;
-  SceneText s(m, 0.4);
-  s.material("soft", 1e-3, "young = " + number(E) + "\npoisson = " + number(nu)).material("plate", plate);
-  for (const auto& [a, b] : {std::pair("soft", "ground"), std::pair("soft", "soft"), std::pair("soft", "plate"), std::pair("plate", "plate"), std::pair("plate", "ground")}) s.interface(a, b, 0);
+  const double E = 1e8, nu = 0.25, soft = 2000, plate = 7800;
+  SceneText s(m, 5, {0, 0, -9.81}, "sleeping = false\n");
+  s.material("soft", soft, "young = " + number(E) + "\npoisson = " + number(nu)).material("plate", plate);
+  for (const auto& [a, b] : {std::pair("soft", "ground"), std::pair("soft", "soft"), std::pair("soft", "plate"), std::pair("plate", "plate"), std::pair("plate", "ground")})
+    s.interface(a, b, 0, "normal_stiffness = \"1e7 GPa/m\"");
   s.plane(Vec3::UnitZ());
   for (int i = 0; i < 3; ++i) s.box(fmt::format("S{}", i + 1), Vec3(1, 1, 1), Vec3(0, 0, 0.5 + i), "deformable = true\n", "soft");
   s.box("plate", Vec3(1, 1, 1), Vec3(0, 0, 3.5), {}, "plate");
   const Outcome o = c.run(s.str());
-  // The plate swings on the blocks; uniform strain at every instant is the patch test.
-  double spread = 0, scale = 0;
+  double axial = 0, lateral = 0, shear = 0;
   for (int i = 0; i < 3; ++i) {
-    spread = std::max(spread, (o.last().strain[static_cast<std::size_t>(i)] - o.last().strain[0]).norm());
-    scale = std::max(scale, o.last().strain[static_cast<std::size_t>(i)].norm());
+    const Vec6& e = o.last().strain[static_cast<std::size_t>(i)];
+    const double expected = -g * (plate + (2.5 - i) * soft) / E;
+    axial = std::max(axial, std::abs(e[2] / expected - 1));
+    lateral = std::max({lateral, std::abs(e[0] / (-nu * expected) - 1), std::abs(e[1] / (-nu * expected) - 1)});
+    shear = std::max(shear, e.tail<3>().norm() / std::abs(expected));
   }
-  c.absolute("spread of the blocks' strains, relative", "one constant strain", 0, spread / scale, 1e-10);
-  c.relative("lateral over axial strain", "-nu", -nu, o.last().strain[1][0] / o.last().strain[1][2], 1e-10);
+  c.absolute("axial strain of three blocks, relative", "stress / E", 0, axial, 1e-10);
+  c.absolute("lateral strain, relative", "nu stress / E", 0, lateral, 1e-10);
+  c.absolute("shear strain over the axial", "0", 0, shear, 1e-10);
 }
 
 }  // namespace
