@@ -29,7 +29,8 @@ struct ContactPoint {
 
 /// Contacts of block A against block B with gap <= margin, appended to `out`; returns the number added.
 /// Convex pairs: separating axis of least penetration; face-face clipped to a polygon of at most eight points whose areas
-/// sum to the clipped area; crossing edges one point. Concave polyhedra: local features filtered by normal cones, exact, no
+/// sum to the clipped area; crossing edges one point, and with it the clipped area where they
+/// belong to faces within 5 degrees of parallel. Concave polyhedra: local features filtered by normal cones, exact, no
 /// convex decomposition.
 ///
 /// Separated diagonally (vertex-vertex, vertex-edge, edge-edge): the gap is the true distance, the normal its direction,

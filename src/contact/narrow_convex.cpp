@@ -9,6 +9,7 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double parallel_cosine = 0.9998;  // 1.15 degrees: faces closer than this to parallel press on an area
+constexpr double nearly_flat_cosine = 0.9962;  // 5 degrees
 constexpr int most_points = 8;
 
 struct Scratch {
@@ -451,7 +452,7 @@ bool tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
   Vec3 best_normal = Vec3::Zero();
   bool realised = false;
   for (const bool of_a : {true, false}) {
-    const Hull &R = of_a ? pair.A : pair.B, &Q = of_a ? pair.B : pair.A;
+    const Hull& R = of_a ? pair.A : pair.B;
     for (int f = 0; f < R.p->faces(); ++f) {
       if (R.gaps[f] < gap - pair.touch) continue;
       const Vec3& n = R.normal(f);
@@ -469,6 +470,31 @@ bool tied_faces(const Pair& pair, double gap, std::vector<ContactPoint>& points)
     }
   }
   return realised;
+}
+
+/// Crossing edges of faces close to parallel: the crossing as it is, and the rest of the clipped area, which is about to touch.
+bool nearly_flat(const Pair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge, std::vector<ContactPoint>& points) {
+  if (edge.edge_a < 0) return false;
+  const double along_a = of_a.face >= 0 ? edge.normal.dot(pair.A.normal(of_a.face)) : -1;
+  const double along_b = of_b.face >= 0 ? -edge.normal.dot(pair.B.normal(of_b.face)) : -1;
+  if (std::max(along_a, along_b) < nearly_flat_cosine) return false;
+  const bool by_a = along_a >= along_b;
+  double area = 0;
+  face_manifold(pair, by_a, by_a ? of_a.face : of_b.face, points, area);
+  if (!(area > 0)) return false;
+  const FeatureKey key = make_key(Form::edge_edge, edge.edge_a, edge.edge_b);
+  double weight = 0;
+  const auto crossed = [&](const ContactPoint& p) {
+    if (p.key == key) weight += p.area;
+    return p.key == key;
+  };
+  const std::size_t clipped = points.size();
+  std::erase_if(points, crossed);
+  if (points.size() == clipped) return false;   // they cross elsewhere than on the clipped area
+  std::erase_if(points, [&](const ContactPoint& p) { return p.gap < edge.gap; });
+  emit_edges(pair, edge, points);
+  points.back().area = weight;
+  return true;
 }
 
 }  // namespace
@@ -527,8 +553,9 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   if (!done && (small || sep.overlap || sep.distance <= touch)) {
     const EdgeAxis edge = small ? best_edges_small(s.a, s.b, margin) : best_edges_large(s, s.a, s.b, 4 * touch);
     if (edge.gap > margin) return 0;
-    points.clear();
-    if (std::max(face_gap, edge.gap) <= touch) {  // touching or overlapping
+    done = edge.gap > face_gap + touch && nearly_flat(pair, of_a, of_b, edge, points);
+    if (!done) points.clear();
+    if (!done && std::max(face_gap, edge.gap) <= touch) {  // touching or overlapping
       // Edges that cross along a face stand for an edge lying on it: the face's manifold holds both of its ends.
       const Vec3 face_normal = first ? s.a.normal(of_a.face) : Vec3(-s.b.normal(of_b.face));
       const bool by_edge = edge.edge_a >= 0 && edge.gap > face_gap + touch + 0.02 * std::abs(face_gap) &&
@@ -558,7 +585,7 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
         }
       }
       done = true;
-    } else if (edge.edge_a >= 0 && edge.gap > face_gap + touch && crossing(pair, edge)) {
+    } else if (!done && edge.edge_a >= 0 && edge.gap > face_gap + touch && crossing(pair, edge)) {
       emit_edges(pair, edge, points);
       done = true;
     }
