@@ -147,10 +147,12 @@ bool IslandStepper::solve(double h) {
   }
   contact::SolveSettings settings;
   const bool small = problem_.contacts.size() <= 60;
-  // Impulses (h = 0) and small islands to round-off; large ones to a small part of what gravity brings in one step.
-  settings.velocity_scale = small || h == 0 ? speed_ : std::max(model_.gravity.norm() * h, 1e-3 * speed_);
-  bool still = true;   // a certificate of rest is only as good as its residual
-  for (const Body& b : bodies_) still = still && b.v0.squaredNorm() < 1e-12 * speed_ * speed_;
+  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
+  double fastest = 0;
+  for (const Body& b : bodies_)
+    fastest = std::max(fastest, b.v0.head<3>().norm() + model_.blocks[static_cast<std::size_t>(b.block)].shape->radius * b.v0.segment<3>(3).norm());
+  settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest, 1e-4 * speed_, speed_);
+  const bool still = fastest < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4);
   if (small) settings.sufficient = 1e-10;   // touches that lie close together can keep round-off above the tolerance
   const contact::SolveReport r = solver_.solve(problem_, settings);
@@ -158,11 +160,12 @@ bool IslandStepper::solve(double h) {
   n.newton += r.newton;
   n.sweeps += r.sweeps;
   n.outer += r.outer;
-  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
   // What is reached is recorded; a tier E within ten times the sufficient is accepted, counted as what it is.
   const bool reached = r.converged || (small && r.residual <= 1e-9);
-  if (reached) n.worst_residual = std::max(n.worst_residual, r.residual);
-  return reached;
+  if (!reached) return false;   // never accepted: the caller halves the step, tier D
+  n.worst_residual = std::max(n.worst_residual, r.residual);
+  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  return true;
 }
 
 bool IslandStepper::impact_stage() {

@@ -1,4 +1,5 @@
 // Rows of the contact problem: frames, Jacobians at mid-step, biases by mode.
+#include <algorithm>
 #include <cmath>
 
 #include "coupling/island_body.hpp"
@@ -159,8 +160,14 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       t.theta = 1;
       c.bias[0] = gap_ref / h - u_ref[0];
       if (!first_pass) c.bias.tail<2>().setZero();
-      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_ && !with_structure)
-        c.bias[0] = *law.restitution * t.approach;
+      if (with_structure) break;
+      // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is taken off. A crossing is
+      // projected, never pushed.
+      const auto beyond = [&](const Body& b) { return Vec3(b.ref.c - b.start.c - h * b.v_ref.head<3>()); };
+      Vec3 ahead = beyond(body_b);
+      if (body_a != nullptr) ahead -= beyond(*body_a);
+      c.bias[0] = std::max(0.0, c.bias[0] - n_end.dot(ahead) / h);
+      if (law.restitution && t.at.gap <= 1e-7 * length_ && t.approach < -1e-6 * speed_) c.bias[0] = *law.restitution * t.approach;
       break;
     }
     case Mode::spring_mean:

@@ -112,7 +112,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     const auto k = static_cast<std::size_t>(i);
     const dda::Model::Block& b = model_.blocks[k];
     const double radius = b.shape->radius;
-    if (b.ndof() > 0 && state_.asleep[k] == 0)
+    if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
     boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), p.reach[k] + 1e-5 * radius);
   }
