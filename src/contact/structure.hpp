@@ -5,6 +5,7 @@
 ///   joint contact problem over blocks and touched nodes, node mass m
 ///   correct:  v_{n+1/2} = v_hat + m^-1 p,   x_{n+1} = x_n + h v_{n+1/2}
 #pragma once
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -40,7 +41,7 @@ struct StructureSpec {
   double wall_thickness = 0;      // hollow
   std::string file;               // mesh: absolute path
   std::vector<std::pair<std::string, double>> parameters;  // viaduct: named numbers (spans, span_length, pier_height...)
-  std::vector<Vec3> pier_bases;   // viaduct: terrain points under the piers, filled by the builder
+  std::function<double(double, double)> ground;  // viaduct: height of the terrain at x, y [m], NaN outside; empty: level ground
   double cell_size = 0;           // [m], 0 if cells are given
   std::array<int, 3> cells{0, 0, 0};
   struct Refinement { Box3 region; double cell_size; };  // finer cells there [m]
@@ -57,8 +58,9 @@ struct StructureSpec {
   bool gravity_preload = true;
   double damping_ratio = 0;       // of the first mode
   std::string rebar_file;         // absolute path, or empty
-  struct RebarRule { std::string kind; int bars = 0; double diameter = 0, cover = 0, spacing = 0, yield = 500e6, ultimate_strain = 0.05; };
+  struct RebarRule { std::string kind, part = "pier"; int bars = 0; double diameter = 0, cover = 0, spacing = 0, yield = 500e6, ultimate_strain = 0.05, prestress = 0; };
   std::vector<RebarRule> rebar_rules;
+  std::string bond = "perfect";   // perfect, mc2010 (bond slip)
 
   struct Probe { std::string name; Vec3 at; };
   std::vector<Probe> probes;
@@ -93,6 +95,37 @@ struct Fragment {
   double elastic = 0;                            // strain energy it took with it [J]
 };
 
+/// A pier, column or box as a member: what does not change.
+struct Member {
+  std::string name;
+  Vec3 base = Vec3::Zero();                      // centre of the lowest section [m]
+  Vec3 axis_x = Vec3::UnitX(), axis_y = Vec3::UnitY();   // of the section; the member runs along axis_x x axis_y
+  double length = 0, volume = 0;                 // [m], of its cells [m^3]
+  std::vector<double> stations;                  // distances of the sections from the base [m]
+  double axial_preload = 0;                      // N at the base under permanent load, compression positive [N]
+  std::array<double, 2> shear_design{}, shear_mean{};    // V_Rd (EN 1992-1-1 6.2, gamma_c 1.2, gamma_s 1, f_ck) and with mean
+                                                         // strengths, for a force along axis_x and axis_y [N]; 0: no concrete
+};
+
+/// Its state now. Section forces are those of the part above on the part below.
+struct MemberState {
+  std::vector<double> axial;                     // per station, compression positive [N]
+  std::vector<std::array<double, 2>> shear;      // along axis_x, axis_y [N]
+  std::vector<std::array<double, 2>> moment;     // about axis_x, axis_y, at the centre of the section [N m]
+  std::array<double, 2> drift{};                 // top against base, along axis_x, axis_y [m]
+  double crack_width = 0;                        // largest [m]
+  double lost_volume = 0;                        // eroded or come off [m^3]
+  int bars_yielded = 0, bars_broken = 0;
+};
+
+/// Push-down of one member: axial load against displacement of its top.
+struct PushDown {
+  std::string member;
+  double capacity = 0;                           // greatest load on the top [N]
+  double at = 0;                                 // displacement there [m]
+  std::vector<std::array<double, 2>> curve;      // displacement [m], load [N]
+};
+
 /// A node's share of a contact impulse over a sub-step.
 struct NodeImpulse { int node; Vec3 impulse; };  // [N s]
 
@@ -125,6 +158,12 @@ class Structure {
   virtual std::vector<Vec3> probe_displacements() const = 0;
   virtual double damage_max() const = 0;
   virtual double damaged_volume() const = 0;              // volume with damage > 0.5 [m^3]
+  virtual double spalled_volume() const = 0;              // eroded or come off as fragments [m^3]
+  virtual const std::vector<Member>& members() const = 0; // empty for a mesh and for free bodies
+  virtual std::vector<MemberState> member_states() const = 0;
+  /// Presses every member between rigid plates, in displacement control, from the present state, which is kept; slow enough that
+  /// inertia carries below 2 %. Throws InputError if there is no member.
+  virtual std::vector<PushDown> push_down() const = 0;
   virtual long dofs() const = 0;
   virtual long elements() const = 0;
   virtual std::string plan() const = 0;                   // what is computed and what is left out, one line per fact
@@ -141,9 +180,11 @@ class Structure {
     std::vector<Vec3> nodes;               // reference positions
     std::vector<std::array<int, 8>> hexes; // only live cells
     std::vector<Vec3> displacement, velocity;      // per node
-    std::vector<double> damage_tension, damage_compression, stress_von_mises;  // per hex
+    std::vector<double> damage_tension, damage_compression, stress_von_mises, crack_width;  // per hex; crack_width [m]
     std::vector<std::array<int, 2>> bars;  // rebar segments, nodes of their own positions
-    std::vector<Vec3> bar_points; std::vector<double> bar_strain;
+    std::vector<Vec3> bar_points;
+    std::vector<double> bar_strain, bar_stress;                    // per segment, stress [Pa]
+    std::vector<double> bar_state;                                 // 0 elastic, 1 has yielded, 2 broken
   };
   virtual Snapshot snapshot() const = 0;
 };

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "fem/viaduct.hpp"
 
 namespace talus::fem {
 
@@ -15,7 +16,7 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
   if (!spec.rebar_file.empty()) all = rebar::read_bars(spec.rebar_file);
   double stirrup_diameter = 0;
   for (const auto& rule : spec.rebar_rules)
-    if (rule.kind == "stirrups") stirrup_diameter = std::max(stirrup_diameter, rule.diameter);
+    if (rule.kind == "stirrups" && rule.part == "pier") stirrup_diameter = std::max(stirrup_diameter, rule.diameter);
   for (const auto& rule : spec.rebar_rules) {
     if (members.empty()) {
       Problem p;
@@ -29,7 +30,13 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
     steel.yield = rule.yield;
     steel.ultimate = 1.08 * rule.yield;
     steel.fracture_strain = rule.ultimate_strain;
+    steel.prestress = rule.prestress;
     steel.rate_effect = spec.rate_effect;
+    if (rule.part == "deck") {
+      const std::vector<rebar::Bar> made = deck_bars(spec, rule, steel);
+      all.insert(all.end(), made.begin(), made.end());
+      continue;
+    }
     for (const rebar::Member& member : members) {
       std::vector<rebar::Bar> made;
       if (rule.kind == "longitudinal") made = rebar::longitudinal_bars(member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter, steel}, key);
@@ -61,12 +68,23 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
   old_ = next_ = bars_.initial_states();
   old_strain_.assign(segments.size(), 0.0);
   next_strain_ = old_strain_;
+  if (spec.bond == "mc2010") slip_ = std::make_unique<rebar::SlipField>(bars_, spec.f_cm);
+}
+
+std::vector<Vec3> Bars::positions(const double* u) const {
+  std::vector<Vec3> x(node_.size());
+  for (std::size_t i = 0; i < node_.size(); ++i) x[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
+  return x;
 }
 
 void Bars::add_forces(const double* u, double h, const std::vector<char>& live, double* f) {
   for (std::size_t i = 0; i < node_.size(); ++i) current_[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
   std::fill(force_.begin(), force_.end(), 0.0);
-  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), live.data());
+  if (slip_) {
+    bars_.host_strains(current_, host_);
+    bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
+  }
+  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), live.data(), slip_ ? slip_->strain() : std::span<const double>{});
   for (std::size_t i = 0; i < node_.size(); ++i)
     for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force_[3 * i + c];
 }
@@ -74,6 +92,7 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
 void Bars::accept() {
   old_ = next_;
   old_strain_ = next_strain_;
+  if (slip_) slip_->accept();
 }
 
 void Bars::add_mass(double density, std::vector<double>& mass) const {
@@ -94,21 +113,47 @@ void Bars::ties(const std::function<void(int, int)>& visit) const {
     if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0)) visit(s[k - 1].cell, s[k].cell);
 }
 
-void Bars::snapshot(const HexMesh& mesh, const double* u, Structure::Snapshot& out) const {
-  const auto& segments = bars_.segments();
-  for (std::size_t k = 0; k < segments.size(); ++k) {
-    Vec3 a = Vec3::Zero(), b = Vec3::Zero();
-    const auto& hex = mesh.hexes[segments[k].cell];
-    for (int i = 0; i < 8; ++i) {
-      const Vec3 x = mesh.nodes[hex[i]] + Vec3(u[4 * hex[i]], u[4 * hex[i] + 1], u[4 * hex[i] + 2]);
-      a += segments[k].start[i] * x;
-      b += segments[k].end[i] * x;
-    }
+std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
+  std::vector<int> sorted = cells, list;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k)
+    if (std::binary_search(sorted.begin(), sorted.end(), bars_.segments()[k].cell)) list.push_back(static_cast<int>(k));
+  return list;
+}
+
+void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const {
+  const std::vector<Vec3> x = positions(u);
+  std::vector<double> force(3 * node_.size(), 0.0);
+  for (int k : segments)
+    if (live[bars_.segments()[k].cell]) bars_.add_pull(k, bars_.pull(k, x, old_[k], slip_strain(k)).force, force.data());
+  for (std::size_t i = 0; i < node_.size(); ++i)
+    for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force[3 * i + c];
+}
+
+Bars::Counts Bars::count(const std::vector<int>& segments) const {
+  std::vector<int> yielded, broken;
+  for (int k : segments) {
+    if (old_[k].accumulated > 0) yielded.push_back(bars_.segments()[k].bar);
+    if (old_[k].broken > 0) broken.push_back(bars_.segments()[k].bar);
+  }
+  const auto different = [](std::vector<int>& list) {
+    std::sort(list.begin(), list.end());
+    return static_cast<int>(std::unique(list.begin(), list.end()) - list.begin());
+  };
+  return {different(yielded), different(broken)};
+}
+
+void Bars::snapshot(const double* u, Structure::Snapshot& out) const {
+  const std::vector<Vec3> x = positions(u);
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+    const auto [a, b] = bars_.ends(k, x);
     const int first = static_cast<int>(out.bar_points.size());
     out.bar_points.push_back(a);
     out.bar_points.push_back(b);
     out.bars.push_back({first, first + 1});
     out.bar_strain.push_back(old_strain_[k]);
+    out.bar_stress.push_back(bars_.pull(k, x, old_[k], slip_strain(k)).stress);
+    out.bar_state.push_back(old_[k].broken > 0 ? 2 : old_[k].accumulated > 0 ? 1 : 0);
   }
 }
 
@@ -117,6 +162,7 @@ void Bars::save(std::vector<double>& state) const {
     const auto& s = old_[k];
     state.insert(state.end(), {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
   }
+  if (slip_) slip_->save(state);
 }
 
 std::size_t Bars::restore(std::span<const double> state) {
@@ -128,7 +174,7 @@ std::size_t Bars::restore(std::span<const double> state) {
   }
   next_ = old_;
   next_strain_ = old_strain_;
-  return 6 * old_.size();
+  return 6 * old_.size() + (slip_ ? slip_->restore(state.subspan(6 * old_.size())) : 0);
 }
 
 }  // namespace talus::fem

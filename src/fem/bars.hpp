@@ -6,7 +6,7 @@
 
 #include "fem/aligned.hpp"
 #include "fem/hex_mesh.hpp"
-#include "fem/rebar_embed.hpp"
+#include "fem/rebar_slip.hpp"
 
 namespace talus::fem {
 
@@ -14,31 +14,47 @@ class Bars {
  public:
   /// Reads and cuts the bars of the specification. Throws InputError for bars outside the concrete.
   Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<rebar::Member>& members);
+  Bars(const Bars&) = delete;             // the bond points into the bars
+  Bars& operator=(const Bars&) = delete;
 
   /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for accept().
   void add_forces(const double* u, double h, const std::vector<char>& live, double* f);
   void accept();
   void add_mass(double density, std::vector<double>& mass) const;
 
-  double stored() const { return sums_.energy; }
-  double dissipation() const { return sums_.dissipation; }
+  double stored() const { return sums_.energy + bond_.energy; }
+  double dissipation() const { return sums_.dissipation + bond_.dissipation; }
+  bool slips() const { return slip_ != nullptr; }
   std::size_t segments() const { return bars_.segments().size(); }
   std::size_t count() const { return bars_.bars().size(); }
   double steel_volume() const;
+  const std::vector<rebar::Bar>& list() const { return bars_.bars(); }
+  /// Segments hosted by the given cells, ascending.
+  std::vector<int> segments_in(const std::vector<int>& cells) const;
+  /// f += forces of these segments at u (in live cells), from the accepted states; nothing is kept.
+  void add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const;
+  /// Number of bars that have yielded, and that are broken, among these segments.
+  struct Counts { int yielded = 0, broken = 0; };
+  Counts count(const std::vector<int>& segments) const;
   /// Calls with pairs of cells that an unbroken bar holds together.
   void ties(const std::function<void(int, int)>& visit) const;
-  void snapshot(const HexMesh& mesh, const double* u, Structure::Snapshot& s) const;
+  void snapshot(const double* u, Structure::Snapshot& s) const;
   void save(std::vector<double>& state) const;
   std::size_t restore(std::span<const double> state);
 
  private:
+  std::vector<Vec3> positions(const double* u) const;
   rebar::EmbeddedBars bars_;
   std::vector<int> node_;                 // the nodes of hosts, compact numbering
   std::vector<Vec3> reference_, current_;
   std::vector<double> force_;
   std::vector<material::Steel::State> old_, next_;
   std::vector<double> old_strain_, next_strain_;
+  double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
   rebar::EmbeddedBars::Sums sums_;
+  std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond
+  rebar::SlipField::Sums bond_;
+  std::vector<double> host_;
 };
 
 }  // namespace talus::fem

@@ -2,10 +2,32 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/error.hpp"
+#include "fem/rebar_embed.hpp"
 
 namespace talus::fem {
+
+namespace {
+/// The upper cells of one cap beam, to be searched in body axes.
+struct Cap {
+  Cap(const HexMesh& mesh, int part, double top) {
+    for (int c = 0; c < static_cast<int>(mesh.hexes.size()); ++c) {
+      if (mesh.component[c] != part || std::abs(mesh.local[mesh.hexes[c][6]].z() - top) > 1e-6) continue;
+      cell.push_back(c);
+      hexes.push_back(mesh.hexes[c]);
+      for (int n : mesh.hexes[c]) box.extend(mesh.local[n]);
+    }
+    search = rebar::host_search(mesh.local, hexes);
+  }
+  Cap(const Cap&) = delete;
+  std::vector<int> cell;
+  std::vector<std::array<int, 8>> hexes;
+  Box3 box;
+  rebar::HostSearch search;
+};
+}  // namespace
 
 Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const ViaductPlan& plan) {
   along_ = spec.rotation.col(0);
@@ -19,6 +41,7 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     for (const auto& p : plan.parts) decks += p.deck >= 0;
     return decks;
   }();
+  std::map<int, Cap> caps;
   for (const ViaductPlan::Pad& pad : plan.pads) {
     const int deck_part = bents + pad.deck, cap_part = pad.deck + pad.end;
     const double bottom = pad.at.z() + plan.bearing_height;
@@ -33,26 +56,17 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
       if (distance < best - 1e-9) best = distance, nearest = n;
     }
     if (nodes.empty() && nearest >= 0) nodes.push_back(nearest);
+    const Cap& cap = caps.try_emplace(cap_part, mesh, cap_part, pad.at.z()).first->second;
     std::vector<Site> found;
     for (int n : nodes) {
       // The point of the cap below the node, or the cap's nearest one.
       Site site{pad.deck, pad.end, n, cell_of[n], -1, {}, {}};
-      Vec3 target = mesh.local[n];
+      Vec3 target = mesh.local[n].cwiseMax(cap.box.min()).cwiseMin(cap.box.max());
       target.z() = pad.at.z();
-      double outside = INFINITY;
-      for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-        if (mesh.component[cell] != cap_part) continue;
-        const Vec3 low = mesh.local[mesh.hexes[cell][0]], high = mesh.local[mesh.hexes[cell][6]];
-        if (std::abs(high.z() - pad.at.z()) > 1e-6) continue;
-        Vec3 xi = 2 * (target - low).cwiseQuotient(high - low) - Vec3::Ones();
-        const double excess = std::max({0.0, std::abs(xi.x()) - 1, std::abs(xi.y()) - 1});
-        if (excess < outside) {
-          outside = excess;
-          site.cap_cell = cell;
-          site.cap_node = mesh.hexes[cell];
-          site.weight = shape_values(xi.cwiseMax(-1.0).cwiseMin(1.0));
-        }
-        if (excess == 0) break;
+      if (const auto host = cap.search(target)) {
+        site.cap_cell = cap.cell[host->cell];
+        site.cap_node = cap.hexes[host->cell];
+        site.weight = shape_values(host->xi);
       }
       if (site.cap_cell >= 0) found.push_back(site);
     }

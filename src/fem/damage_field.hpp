@@ -4,12 +4,17 @@
 ///   f_a = sum_q w_q F_q (dev sigma_q + p I) grad N_a,   p = sum_q w_q tr(sigma_q) / (3 V)
 ///
 /// A cell enters when its law is first evaluated to grow; before, it is elastic and keeps no history. States are evaluated from the last
-/// accepted ones into `next`; accept() makes them the accepted ones, so that a rejected step leaves no trace.
+/// accepted ones into the next; accept() makes them the accepted ones, so that a rejected step leaves no trace.
 ///
 /// symbol   meaning                                               unit     shape
 /// G        grad N_a at the points                                1/m      8 x 3 x 8 (node, axis, point)
 /// w        weights                                               m^3      8
+///
+/// The laws: material::ConcreteDamage ("concrete") and material::Cdpm2 ("concrete-cdpm2").
 #pragma once
+#include <memory>
+#include <span>
+#include <string>
 #include <vector>
 
 #include "fem/aligned.hpp"
@@ -31,52 +36,59 @@ LawGeometry law_geometry(const HexMesh& mesh, int cell);
 /// What one evaluation of a cell says.
 struct LawResult {
   double energy = 0, dissipation = 0;  // [J]
-  double largest_strain = 0;           // principal, magnitude
+  double largest_strain = 0;           // Frobenius norm, a bound on the principal values
   bool grew = false;
 };
 
 class DamageField {
  public:
-  DamageField(const HexMesh& mesh, const material::ConcreteDamage::Parameters& p, bool finite);
+  virtual ~DamageField() = default;
 
-  double elastic_bound() const { return law_.elastic_bound(); }
+  /// No point of a cell without history can start to damage while eps : C : eps stays below this [J/m^3].
+  virtual double elastic_bound() const = 0;
   bool has(int cell) const { return slot_[cell] >= 0; }
   const std::vector<int>& cells() const { return cells_; }
 
   /// Evaluates a cell that has no history; if damage would start, it joins with its force added to f, and true is returned.
-  bool try_cell(int cell, const double* u, const double* v, double* f);
+  virtual bool try_cell(int cell, const double* u, const double* v, double* f) = 0;
   /// Adds the forces of all cells that were in before; results are kept for accept().
-  void add_forces(const double* u, const double* v, double* f);
-  void accept();
+  virtual void add_forces(const double* u, const double* v, double* f) = 0;
+  /// Force on the eight nodes of a cell with history (24 numbers, node by node) at u, from the accepted states; nothing is kept.
+  virtual void force_of(int cell, const double* u, double* force) const = 0;
+  virtual void accept() = 0;
   /// Cells to erode by the last evaluation: a strain (Frobenius norm) above `limit`, or all points at the cap and one above
   /// `open_limit`; `kept` cells (hosts of bars that hold) only by the first.
-  std::vector<int> spent(double limit, double open_limit, const std::vector<char>& kept) const;
-  void remove(int cell);
+  virtual std::vector<int> spent(double limit, double open_limit, const std::vector<char>& kept) const = 0;
+  virtual void remove(int cell) = 0;
 
   double stored() const;               // of the last evaluation [J]
   double dissipation() const;          // of the last evaluation, since the last accepted states [J]
   double stored(int cell) const { return result_[slot_[cell]].energy; }
-  /// Largest and mean damage over the points of a cell, accepted states; zero without history.
-  double tension(int cell) const;
-  double tension_least(int cell) const;
-  double compression(int cell) const;
+  /// Damage over the points of a cell, accepted states; zero without history.
+  virtual double tension(int cell) const = 0;        // largest
+  virtual double tension_least(int cell) const = 0;
+  virtual double compression(int cell) const = 0;    // largest
   double largest() const;
+  /// Crack band width times the largest principal value of the cell's mean inelastic strain at u; zero without damage in tension [m].
+  virtual double crack_width(int cell, const double* u) const = 0;
 
-  void save(std::vector<double>& state) const;
-  std::size_t restore(std::span<const double> state);
+  virtual void save(std::vector<double>& state) const = 0;
+  virtual std::size_t restore(std::span<const double> state) = 0;
 
- private:
-  LawResult evaluate(const LawGeometry& g, const double* u, const double* v, const material::DamageCell& old, material::DamageCell& next,
-                     double* f) const;
+ protected:
+  DamageField(const HexMesh& mesh, bool finite) : mesh_(&mesh), finite_(finite), slot_(mesh.hexes.size(), -1) {}
+
   const HexMesh* mesh_;
-  material::ConcreteDamage law_;
-  double cap_;
   bool finite_;
   std::vector<int> slot_;              // per cell, -1: no history
   std::vector<int> cells_;             // in the order of joining
   std::vector<LawGeometry> geometry_;
-  std::vector<material::DamageCell> old_, next_;
   std::vector<LawResult> result_;
 };
+
+/// The field of a structure's law. `finite`: Green-Lagrange strains. Throws InputError if a cell (largest_cell: the longest edge in
+/// the mesh [m]) would snap back; `key` stands in the message.
+std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite,
+                                               double largest_cell, const std::string& key);
 
 }  // namespace talus::fem

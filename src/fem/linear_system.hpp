@@ -57,10 +57,16 @@ class CholeskyFactor {
   std::unique_ptr<Work> work_;
 };
 
+/// Set up once, solves for any number of right-hand sides.
+class LinearSolver {
+ public:
+  virtual ~LinearSolver() = default;
+  /// Returns the number of iterations; throws NumericalFailure if it does not reach |b - A x| <= tolerance |b|.
+  virtual int solve(const double* b, double* x, double tolerance) = 0;
+};
+
 /// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions in the near null
-/// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction.
-/// Returns the number of iterations; throws NumericalFailure if it does not reach the tolerance.
-int solve_by_multigrid(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b,
-                       double* x, double tolerance);
+/// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction. The matrix is used up.
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
 
 }  // namespace talus::fem

@@ -100,11 +100,10 @@ double rate_factor_compression(double rate) {
 
 double snapback_limit(double young, double f_t, double fracture_energy) { return 2 * young * fracture_energy / (f_t * f_t); }
 
-void check_cell_size(const Concrete& c, double largest_size, const std::string& key) {
-  const double limit = snapback_limit(c.young, c.f_t, c.fracture_energy);
+void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key) {
   if (largest_size < limit) return;
   throw InputError(problem(key, fmt::format("{:.4g} m", largest_size),
-                           fmt::format("concrete cells must be smaller than 2 E G_F / f_t^2 = {:.4g} m, or the crack would snap back and release more than G_F", limit),
+                           fmt::format("concrete cells must be smaller than {} = {:.4g} m, or the crack would snap back and release more than G_F", formula, limit),
                            fmt::format("use cells of {:.3g} m or less (recommended {:.2g} m)", 0.95 * limit, 0.5 * limit)));
 }
 

@@ -49,7 +49,7 @@ double rate_factor_compression(double rate);
 
 /// Largest cell size [m] for which the softening branch does not snap back: 2 E G_F / f_t^2.
 double snapback_limit(double young, double f_t, double fracture_energy);
-/// Throws InputError that names the size needed if `largest_size` reaches the limit.
-void check_cell_size(const Concrete& concrete, double largest_size, const std::string& key = "structure.cell_size");
+/// Throws InputError that names the size needed if `largest_size` reaches the law's `limit`; `formula` says where that comes from.
+void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key = "structure.cell_size");
 
 }  // namespace talus::material

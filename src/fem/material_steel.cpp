@@ -142,6 +142,14 @@ double BondSlip::envelope(double slip) const {
   return 0.4 * tau_max_;
 }
 
+double BondSlip::tangent(double slip, const State& old) const {
+  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic);
+  const double bound = (trial * slip >= 0 ? 1.0 : 0.25) * envelope(largest);
+  if (std::abs(trial) < bound) return unloading_;
+  if (std::abs(slip) < largest || largest >= s1_ || largest == 0) return 0;
+  return std::min(unloading_, 0.4 * tau_max_ / s1_ * std::pow(largest / s1_, -0.6));
+}
+
 BondSlip::Result BondSlip::operator()(double slip, const State& before, State& next) const {
   const State old = before;  // next may be the same object
   next = old;

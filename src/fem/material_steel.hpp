@@ -77,6 +77,8 @@ class BondSlip {
   explicit BondSlip(const Parameters& p);
   const Parameters& parameters() const { return p_; }
   double envelope(double slip) const;
+  /// d tau / d s at this slip, at least 0 and at most the unloading stiffness [Pa/m].
+  double tangent(double slip, const State& old) const;
   double strength() const { return tau_max_; }
   Result operator()(double slip, const State& old, State& next) const;
 

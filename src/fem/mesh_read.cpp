@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <set>
@@ -71,7 +72,14 @@ class Reader {
   int number_ = 0;
 };
 
-void add_node(RawMesh& mesh, long tag, const Vec3& x) {
+/// A tag or count that stands among real numbers.
+long whole(const Reader& in, double x) {
+  if (!(std::abs(x) < 9e15)) in.fail(fmt::format("{:g}", x), "a whole number is expected here", "write the file again");
+  return static_cast<long>(x);
+}
+
+void add_node(const Reader& in, RawMesh& mesh, long tag, const Vec3& x) {
+  if (!x.allFinite()) in.fail(in.text(), "coordinates must be finite numbers", "correct the node");
   mesh.number[tag] = static_cast<int>(mesh.nodes.size());
   mesh.nodes.push_back(x);
 }
@@ -137,8 +145,8 @@ RawMesh read_gmsh(const std::string& path) {
           in.need_line();
           const auto v = in.values<double>(d == 0 ? 5 : 8);
           const std::size_t at = d == 0 ? 4 : 7;
-          const long n = static_cast<long>(v[at]);
-          for (long k = 0; k < n && at + 1 + k < v.size(); ++k) entity[{d, static_cast<long>(v[0])}].push_back(static_cast<long>(v[at + 1 + k]));
+          const long n = whole(in, v[at]);
+          for (long k = 0; k < n && at + 1 + k < v.size(); ++k) entity[{d, whole(in, v[0])}].push_back(whole(in, v[at + 1 + k]));
         }
     } else if (section == "$Nodes") {
       in.need_line();
@@ -147,7 +155,7 @@ RawMesh read_gmsh(const std::string& path) {
         for (long i = 0; i < head[0]; ++i) {
           in.need_line();
           const auto v = in.values<double>(4);
-          add_node(mesh, static_cast<long>(v[0]), {v[1], v[2], v[3]});
+          add_node(in, mesh, whole(in, v[0]), {v[1], v[2], v[3]});
         }
       } else {
         for (long b = 0; b < head[0]; ++b) {
@@ -158,7 +166,7 @@ RawMesh read_gmsh(const std::string& path) {
           for (long i = 0; i < n; ++i) {
             in.need_line();
             const auto v = in.values<double>(3);
-            add_node(mesh, tags[i], {v[0], v[1], v[2]});
+            add_node(in, mesh, tags[i], {v[0], v[1], v[2]});
           }
         }
       }
@@ -170,6 +178,7 @@ RawMesh read_gmsh(const std::string& path) {
           in.need_line();
           const auto v = in.values<long>(4);
           const int type = static_cast<int>(v[1]);
+          if (v[2] < 0 || v[2] > static_cast<long>(v.size())) in.fail(in.text(), "the number of tags does not fit the line", "write the file again");
           const auto d = dimension_of.find(type);
           std::vector<std::string> groups;
           if (v[2] > 0 && v[3] != 0 && d != dimension_of.end()) groups.push_back(name_of(d->second, v[3]));
@@ -261,7 +270,7 @@ RawMesh read_abaqus(const std::string& path) {
         x[c] = std::strtod(f[1 + c].c_str(), &end);
         if (f[1 + c].empty() || *end) in.fail(f[1 + c], "a coordinate is expected", "correct the line");
       }
-      add_node(mesh, number(f[0]), x);
+      add_node(in, mesh, number(f[0]), x);
       if (!set.empty()) mesh.groups[set].insert(static_cast<int>(mesh.nodes.size()) - 1);
     } else if (keyword == "*ELEMENT") {
       for (const std::string& s : f)
@@ -285,7 +294,11 @@ RawMesh read_abaqus(const std::string& path) {
         if (f.size() < 2) in.fail(line, "first, last, step are expected", "correct the line");
         const long step = f.size() > 2 && !f[2].empty() ? number(f[2]) : 1;
         if (step <= 0) in.fail(line, "the step must be positive", "correct the line");
-        for (long i = number(f[0]); i <= number(f[1]); i += step) members.push_back(i);
+        const long first = number(f[0]), last = number(f[1]);
+        // Unsigned: the distance of any two numbers.
+        const unsigned long count = first <= last ? (static_cast<unsigned long>(last) - static_cast<unsigned long>(first)) / static_cast<unsigned long>(step) + 1 : 0;
+        if (count > 10'000'000) in.fail(line, "the range has more than ten million members", "correct the range");
+        for (unsigned long k = 0; k < count; ++k) members.push_back(first + static_cast<long>(k) * step);
       } else {
         for (const std::string& s : f) {
           if (s.empty()) continue;

@@ -61,11 +61,14 @@ class GridSearch {
       }
       const double margin = 2 * tolerance_ * box.sizes().maxCoeff();
       if ((p - box.min()).minCoeff() < -margin || (box.max() - p).minCoeff() < -margin) continue;
+      // From the cell's own corner: far from the origin the last digits of the coordinates are coarser than the tolerance.
+      const Vec3 corner_at = x[0];
+      for (Vec3& node : x) node -= corner_at;
       Vec3 xi = Vec3::Zero();
       bool solved = false;
       for (int it = 0; it < 30; ++it) {
         const auto n = hex_shape(xi);
-        Vec3 r = p;
+        Vec3 r = p - corner_at;
         for (int i = 0; i < 8; ++i) r -= n[i] * x[i];
         const Vec3 step = gradient(x, xi).partialPivLu().solve(r);
         if (!step.allFinite()) break;
@@ -209,7 +212,8 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
 }
 
 EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive) const {
+                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive,
+                                        std::span<const double> slip_strain) const {
   Sums sums;
   for (std::size_t k = 0; k < segments_.size(); ++k) {
     const Segment& s = segments_[k];
@@ -226,7 +230,7 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
       d += delta[i] * current[nodes[i]];
     }
     const double l = d.norm();
-    const double strain = (l - s.length) / s.length;
+    const double strain = (l - s.length) / s.length + (slip_strain.empty() ? 0.0 : slip_strain[k]);
     const double rate = h > 0 ? (strain - old_strain[k]) / h : 0.0;
     const bool was_broken = old[k].broken > 0;
     const auto r = laws_[s.bar](strain, rate, old[k], next[k]);
@@ -243,6 +247,43 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
       for (int c = 0; c < 3; ++c) force[3 * nodes[i] + c] += delta[i] * f[c];
   }
   return sums;
+}
+
+void EmbeddedBars::host_strains(std::span<const Vec3> current, std::vector<double>& strain) const {
+  strain.resize(segments_.size());
+  for (std::size_t k = 0; k < segments_.size(); ++k) {
+    Vec3 d = Vec3::Zero();
+    for (int i = 0; i < 8; ++i) d += (segments_[k].end[i] - segments_[k].start[i]) * current[nodes_[k][i]];
+    strain[k] = (d.norm() - segments_[k].length) / segments_[k].length;
+  }
+}
+
+EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, std::span<const Vec3> current, const material::Steel::State& state, double slip_strain) const {
+  const Segment& s = segments_[k];
+  Vec3 d = Vec3::Zero();
+  for (int i = 0; i < 8; ++i) d += (s.end[i] - s.start[i]) * current[nodes_[k][i]];
+  const double l = d.norm();
+  Pull out;
+  out.strain = (l - s.length) / s.length + slip_strain;
+  material::Steel::State unused;
+  out.stress = laws_[s.bar](out.strain, 0, state, unused).stress;
+  out.force = (s.area * out.stress / l) * d;
+  return out;
+}
+
+std::pair<Vec3, Vec3> EmbeddedBars::ends(std::size_t k, std::span<const Vec3> current) const {
+  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
+  for (int i = 0; i < 8; ++i) {
+    a += segments_[k].start[i] * current[nodes_[k][i]];
+    b += segments_[k].end[i] * current[nodes_[k][i]];
+  }
+  return {a, b};
+}
+
+void EmbeddedBars::add_pull(std::size_t k, const Vec3& pull, double* force) const {
+  const Segment& s = segments_[k];
+  for (int i = 0; i < 8; ++i)
+    for (int c = 0; c < 3; ++c) force[3 * nodes_[k][i] + c] += (s.end[i] - s.start[i]) * pull[c];
 }
 
 void EmbeddedBars::add_mass(double density, std::span<double> mass) const {

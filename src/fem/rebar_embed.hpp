@@ -62,8 +62,21 @@ class EmbeddedBars {
 
   /// Adds internal forces (3 per node) for the current positions; h: time since the last call [s], 0 for no rate effect. `next`
   /// may be `old`. Cells that are not alive carry nothing.
+  /// `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the bar's own.
   Sums forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive = nullptr) const;
+              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive = nullptr,
+              std::span<const double> slip_strain = {}) const;
+  /// Strain of the concrete along every segment.
+  void host_strains(std::span<const Vec3> current, std::vector<double>& strain) const;
+
+  /// Strain, stress and force of one segment now (force: what its end must be pulled with), its state left as it is.
+  struct Pull { double strain = 0, stress = 0; Vec3 force = Vec3::Zero(); };
+  Pull pull(std::size_t segment, std::span<const Vec3> current, const material::Steel::State& state, double slip_strain) const;
+  const material::Steel& law(int bar) const { return laws_[static_cast<std::size_t>(bar)]; }
+  /// Its two ends now.
+  std::pair<Vec3, Vec3> ends(std::size_t segment, std::span<const Vec3> current) const;
+  /// Adds the nodal forces of a segment so pulled (3 per node).
+  void add_pull(std::size_t segment, const Vec3& pull, double* force) const;
 
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }

@@ -11,9 +11,8 @@ const Services& services() {
   return loaded;
 }
 
-int solve_by_multigrid(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b,
-                       double* x, double tolerance) {
-  return services().multigrid(a, position, direction, b, x, tolerance);
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction) {
+  return services().multigrid(std::move(a), position, direction);
 }
 
 }  // namespace talus::fem

@@ -16,8 +16,7 @@ struct DiscMesh {
 
 struct Services {
   void (*disc)(int levels, DiscMesh& mesh);
-  int (*multigrid)(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b, double* x,
-                   double tolerance);
+  std::unique_ptr<LinearSolver> (*multigrid)(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
 };
 
 /// Throws InputError if the module is not there.

@@ -15,6 +15,9 @@ constexpr double strain_limit = 0.10;    // strain at which a cell is eroded wha
 // hold: it is eroded only once the crack stands wide open, and as long as a bar in it holds, not at all.
 constexpr double open_limit = 0.02;
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
+// and stand apart along its normal: a crack of 1 mm has no cohesion left (that ends near 0.2 mm) and little interlock.
+constexpr double cut_opening = 1e-3;     // [m]
+constexpr std::size_t least_piece = 2;   // cells; a single one is dust
 }  // namespace
 
 std::array<double, 8> FemStructure::node_shares(int cell) const {
@@ -38,8 +41,16 @@ void FemStructure::switch_off(int cell) {
   for (int n : mesh_.hexes[cell]) --cells_at_node_[n];
 }
 
-/// A node without cells would fly on for ever: its mass is dust, and leaves with its energy.
+/// Removes cells: their stored energy is booked, and the mass of their nodes stays where other cells hold it. A node without cells would
+/// fly on for ever: its mass is dust, and leaves with its energy.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
+  for (int cell : cells) {
+    const double energy = cell_energy(cell);
+    books_.eroded_energy += energy;
+    stored_half_ -= energy;
+    switch_off(cell);
+    eroded_volume_ += cell_mass_[cell] / spec_.density;
+  }
   for (int cell : cells)
     for (int n : mesh_.hexes[cell]) {
       if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
@@ -63,13 +74,6 @@ void FemStructure::erode() {
   }
   const std::vector<int> cells = damage_->spent(strain_limit, open_limit, kept);
   if (cells.empty()) return;
-  for (int cell : cells) {
-    const double energy = damage_->stored(cell);
-    books_.eroded_energy += energy;
-    stored_half_ -= energy;
-    switch_off(cell);
-    eroded_volume_ += cell_mass_[cell] / spec_.density;
-  }
   drop_orphans(cells);
   ++breaks_;
   rebuild_skin();
@@ -112,13 +116,18 @@ std::vector<Fragment> FemStructure::take_fragments() {
     }
     return h;
   };
-  const auto opened = [&](int a, int b, int face) {
+  // How far the two halves beside a face have moved apart along its normal [m].
+  const auto opening = [&](int a, int b, int face) {
     const int* f = hex_faces[face];
     const auto& hex = mesh_.hexes[a];
     const Vec3 normal = (mesh_.nodes[hex[f[2]]] - mesh_.nodes[hex[f[0]]]).cross(mesh_.nodes[hex[f[3]]] - mesh_.nodes[hex[f[1]]]).normalized();
-    const Mat3 ha = gradient_at_centre(a), hb = gradient_at_centre(b);
-    const auto strain = [&](const Mat3& h) { return normal.dot(h * normal) + 0.5 * (h * normal).squaredNorm(); };
-    return std::max(strain(ha), strain(hb)) > 0;
+    double sum = 0;
+    for (int cell : {a, b}) {
+      const Mat3 h = gradient_at_centre(cell);
+      const double extent = 2 * (jacobian(mesh_, cell, Vec3::Zero()).transpose() * normal).cwiseAbs().sum();
+      sum += 0.5 * extent * (normal.dot(h * normal) + 0.5 * (h * normal).squaredNorm());
+    }
+    return sum;
   };
   for (int cell = 0; cell < cells; ++cell) {
     if (!live_[cell]) continue;
@@ -126,7 +135,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
       const int other = neighbours_[cell][face];
       if (other < cell || !live_[other]) continue;
       const bool cut = damage_ && damage_->has(cell) && damage_->has(other) && damage_->tension_least(cell) > cut_damage &&
-                       damage_->tension_least(other) > cut_damage && opened(cell, other, face);
+                       damage_->tension_least(other) > cut_damage && opening(cell, other, face) > cut_opening;
       if (!cut) join(cell, other);
     }
   }
@@ -168,7 +177,10 @@ std::vector<Fragment> FemStructure::take_fragments() {
 
   forces(time_);  // energies of the cells
   std::vector<Fragment> fragments;
-  for (const auto& [first, list] : parts) fragments.push_back(detach(list));
+  for (const auto& [first, list] : parts) {
+    if (list.size() < least_piece) drop_orphans(list);
+    else fragments.push_back(detach(list));
+  }
   cuts_seen_ = count();  // the parts that left took some of it along
   rebuild_skin();
   moved();
@@ -182,6 +194,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
     const std::array<double, 8> m = node_shares(cell);
     for (int a = 0; a < 8; ++a) share[mesh_.hexes[cell][a]] += m[a];
     f.elastic += cell_energy(cell);
+    detached_volume_ += cell_mass_[cell] / spec_.density;
   }
   std::map<int, int> vertex;
   HexMesh part;

@@ -27,6 +27,7 @@
 #include "fem/element_operator.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/linear_system.hpp"
+#include "fem/members.hpp"
 #include "fem/setup.hpp"
 
 namespace talus::fem {
@@ -64,6 +65,10 @@ class FemStructure : public Structure {
   std::vector<Vec3> probe_displacements() const override;
   double damage_max() const override;
   double damaged_volume() const override;
+  double spalled_volume() const override { return eroded_volume_ + detached_volume_; }
+  const std::vector<Member>& members() const override { return members_; }
+  std::vector<MemberState> member_states() const override;
+  std::vector<PushDown> push_down() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
   std::string plan() const override;
@@ -84,6 +89,7 @@ class FemStructure : public Structure {
   double first_frequency();
   void preload();
   const CholeskyFactor& factor();
+  LinearSolver& multigrid();
   // structure_step.cpp
   void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t, AlignedVector& f) const;
@@ -110,6 +116,12 @@ class FemStructure : public Structure {
   Fragment detach(const std::vector<int>& cells);
   // structure_output.cpp
   void rebuild_skin();
+  // structure_members.cpp
+  void set_members();
+  MemberState member_state(std::size_t member, AlignedVector& force) const;
+  // structure_capacity.cpp
+  std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
+  PushDown push_down(std::size_t member) const;
 
   StructureSpec spec_;
   Vec3 gravity_;
@@ -124,12 +136,16 @@ class FemStructure : public Structure {
   std::unique_ptr<ElementOperator> operator_;
   SymmetricMatrix stiffness_;        // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
+  std::unique_ptr<LinearSolver> multigrid_;
   std::vector<double> cell_mass_;
   std::vector<int> cells_at_node_;
   std::vector<std::array<int, 6>> neighbours_;  // empty until cracks may cut
   double wave_speed_ = 0;
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;
+  std::vector<Member> members_;
+  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; };
+  std::vector<MemberPlace> member_places_;
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
 
@@ -141,7 +157,7 @@ class FemStructure : public Structure {
   std::unique_ptr<Bars> bars_;            // null: no reinforcement
   std::unique_ptr<Bearings> bearings_;    // null: no viaduct
   long breaks_ = 0, cuts_seen_ = 0;       // what the search for fragments last saw
-  double dust_mass_ = 0, eroded_volume_ = 0;
+  double dust_mass_ = 0, eroded_volume_ = 0, detached_volume_ = 0;
   double h_last_ = 0;                // 0: v_ is at the same time as u_
   double time_ = 0;
   AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
@@ -162,6 +178,7 @@ class FemStructure : public Structure {
   std::vector<int> skin_node_;       // surface vertex -> node, the first ones
   mutable TriangleSurface surface_;
   mutable bool surface_stale_ = true;
+  mutable std::vector<MemberState> member_states_;  // of the present state; empty: to be found
 };
 
 }  // namespace talus::fem

@@ -139,7 +139,8 @@ std::string FemStructure::plan() const {
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
                                    spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off");
-  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, perfect bond\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume())
+  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume(),
+                              bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
                 : fmt::format("{}: no reinforcement\n", spec_.name);
   if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
   if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
@@ -161,7 +162,7 @@ void FemStructure::save(std::vector<double>& state) const {
   if (bars_) bars_->save(state);
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
-    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, eroded_volume_});
+    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, eroded_volume_, detached_volume_});
     state.insert(state.end(), live_.begin(), live_.end());
     state.insert(state.end(), mass_.begin(), mass_.end());
     if (damage_) damage_->save(state);
@@ -191,7 +192,7 @@ void FemStructure::restore(std::span<const double> state) {
   if (bars_) at += bars_->restore(state.subspan(at));
   if (bearings_) at += bearings_->restore(state.subspan(at));
   if (damage_ || bearings_) {
-    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), eroded_volume_ = next();
+    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), eroded_volume_ = next(), detached_volume_ = next();
     bool changed = false;
     std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
     for (std::size_t cell = 0; cell < live_.size(); ++cell) {
@@ -238,8 +239,9 @@ Structure::Snapshot FemStructure::snapshot() const {
     s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
     s.damage_tension.push_back(tension);
     s.damage_compression.push_back(compression);
+    s.crack_width.push_back(damage_ ? damage_->crack_width(c, u_.data()) : 0.0);
   }
-  if (bars_) bars_->snapshot(mesh_, u_.data(), s);
+  if (bars_) bars_->snapshot(u_.data(), s);
   return s;
 }
 

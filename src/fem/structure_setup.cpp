@@ -24,33 +24,6 @@ namespace {
 
 constexpr double steel_density = 7850;  // [kg/m^3]
 
-/// The prismatic members that bars by rule are laid into.
-std::vector<rebar::Member> members(const StructureSpec& spec) {
-  std::vector<rebar::Member> list;
-  if (spec.kind == "viaduct") return viaduct_plan(spec).piers;
-  if (spec.kind == "box" || spec.kind == "column") {
-    rebar::Member m;
-    m.section = spec.kind == "column" && spec.section == "round" ? rebar::Member::Section::round : rebar::Member::Section::rectangular;
-    if (spec.kind == "box") {
-      // Along the longest side.
-      int axis = 0;
-      spec.size.maxCoeff(&axis);
-      const int a = (axis + 1) % 3, b = (axis + 2) % 3;
-      m.width = spec.size[a], m.depth = spec.size[b], m.length = spec.size[axis];
-      m.axis_x = spec.rotation * Vec3::Unit(a);
-      m.axis_y = spec.rotation * Vec3::Unit(b);
-      m.base = spec.position - spec.rotation * Vec3::Unit(axis) * (spec.size[axis] / 2);
-    } else {
-      m.width = spec.size.x(), m.depth = spec.size.y(), m.length = spec.size.z();
-      m.axis_x = spec.rotation * Vec3::UnitX();
-      m.axis_y = spec.rotation * Vec3::UnitY();
-      m.base = spec.position;
-    }
-    list.push_back(m);
-  }
-  return list;
-}
-
 }  // namespace
 
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
@@ -72,8 +45,8 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   }
   if (spec_.damage != "none" && !concrete_)
     bad(spec_, "damage", spec_.damage, "a damage law needs a concrete", "give the material an f_cm, or write damage = \"none\"");
-  if (spec_.damage != "none" && spec_.damage != "concrete")
-    bad(spec_, "damage", spec_.damage, "none and concrete are built", "write damage = \"concrete\"");
+  if (spec_.damage != "none" && spec_.damage != "concrete" && spec_.damage != "concrete-cdpm2")
+    bad(spec_, "damage", spec_.damage, "must be none, concrete or concrete-cdpm2", "choose one");
   if (!(spec_.young > 0)) bad(spec_, "material", fmt::format("young = {:g}", spec_.young), "Young's modulus must be positive", "give young or f_cm for the material");
   if (!(spec_.poisson > -1 && spec_.poisson < 0.5)) bad(spec_, "material", fmt::format("poisson = {:g}", spec_.poisson), "must lie in (-1, 0.5)", "correct the material");
   if (!(spec_.density > 0)) bad(spec_, "material", fmt::format("density = {:g}", spec_.density), "must be positive", "correct the material");
@@ -98,11 +71,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   if (spec_.damage != "none") {
     double largest = 0;
     for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) largest = std::max(largest, 2 * jacobian(mesh_, cell, Vec3::Zero()).colwise().norm().maxCoeff());
-    material::check_cell_size(*concrete_, largest, "structure." + spec_.name + ".cell_size");
-    material::ConcreteDamage::Parameters p;
-    p.concrete = *concrete_;
-    p.rate_effect = spec_.rate_effect;
-    damage_ = std::make_unique<DamageField>(mesh_, p, finite_);
+    damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, largest, "structure." + spec_.name + ".cell_size");
     f_visc_.assign(4 * n, 0.0);
   }
   if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
@@ -115,6 +84,8 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
+  multigrid_.reset();  // only the preload and the first frequency of large systems need it
+  set_members();
 }
 
 FemStructure::~FemStructure() = default;
@@ -135,7 +106,9 @@ void FemStructure::set_masses() {
       for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
     }
   if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
-    bars_ = std::make_unique<Bars>(spec_, mesh_, members(spec_));
+    std::vector<rebar::Member> shapes;
+    for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
+    bars_ = std::make_unique<Bars>(spec_, mesh_, shapes);
     bars_->add_mass(steel_density - spec_.density, mass_);
   }
   dofs_.number.assign(n, {-1, -1, -1});
@@ -219,31 +192,34 @@ const CholeskyFactor& FemStructure::factor() {
   return *factor_;
 }
 
+LinearSolver& FemStructure::multigrid() {
+  if (!multigrid_) {
+    std::vector<Vec3> position(dofs_.size);
+    std::vector<int> direction(dofs_.size);
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) position[d] = mesh_.nodes[i], direction[d] = c;
+    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{}), position, direction);
+  }
+  return *multigrid_;
+}
+
 double FemStructure::first_frequency() {
   // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
   const int n = dofs_.size;
-  if (n > largest_factored_system) {
-    // Too large to factor only for the sake of damping: Rayleigh's quotient of the static shape under gravity-like load along the
-    // softest axis would need the same solve; the multigrid solver gives it.
-    stiffness_ = stiffness_.n ? std::move(stiffness_) : assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
-  }
   std::vector<double> m(n), x(n), y(n);
-  std::vector<Vec3> position(n);
-  std::vector<int> direction(n);
   std::uint64_t seed = 1234567;
   for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) {
         seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
         m[d] = mass_[i];
-        position[d] = mesh_.nodes[i];
-        direction[d] = c;
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
   double omega_sq = 0;
   for (int iteration = 0; iteration < 30; ++iteration) {
     for (int i = 0; i < n; ++i) x[i] *= m[i];
-    if (n > largest_factored_system) solve_by_multigrid(stiffness_, position, direction, x.data(), y.data(), 1e-6);
+    if (n > largest_factored_system) multigrid().solve(x.data(), y.data(), 1e-6);
     else factor().solve(x.data(), y.data());
     double numerator = 0, denominator = 0;  // y K y = y M x_old
     for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
@@ -266,17 +242,13 @@ void FemStructure::preload() {
     for (std::size_t k = 0; k < load.node.size(); ++k)
       for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] -= factor * load.force[k][c];
   }
-  std::vector<Vec3> position(n);
-  std::vector<int> direction(n);
   for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c], position[d] = mesh_.nodes[i], direction[d] = c;
-  const bool multigrid = n > largest_factored_system;
-  if (multigrid && stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
+      if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c];
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
   for (int pass = 0; pass < 40; ++pass) {
-    if (multigrid) {
-      const int iterations = solve_by_multigrid(stiffness_, position, direction, b.data(), x.data(), 1e-10);
+    if (n > largest_factored_system) {
+      const int iterations = multigrid().solve(b.data(), x.data(), 1e-10);
       report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
     } else {
       factor().solve(b.data(), x.data());
@@ -301,6 +273,13 @@ void FemStructure::preload() {
   if (bars_) bars_->accept();
   moved();
   still_ = true;
+  if (!damage_) return;
+  // Concrete that its weight alone takes beyond the elastic limit does not wait for an impact.
+  forces(0);
+  if (damage_->cells().empty()) return;
+  still_ = false;
+  report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; they crack or yield from the start. A deck needs bars "
+                      "or prestress ([[structure.rebar]] part = \"deck\")", spec_.name, damage_->cells().size()));
 }
 
 }  // namespace talus::fem

@@ -7,6 +7,7 @@ namespace talus::fem {
 void FemStructure::moved() {
   forces_valid_ = false;
   surface_stale_ = true;
+  member_states_.clear();
 }
 
 void FemStructure::external_force(double t, AlignedVector& f) const {

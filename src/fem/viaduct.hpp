@@ -1,5 +1,7 @@
 /// A viaduct from a few numbers: bents of piers under cap beams, simply supported spans on bearings, abutments.
 ///
+/// Piers are rectangular, hollow (section "hollow", wall_thickness) or round (section "round", diameter), and solid in the cap beam.
+///
 /// Body axes: x along the axis, y across, z up; the origin is the base of the first pier (of the first bent, at its middle). Supports
 /// stand at i * span_length; with abutments the first and the last are abutments, and the first pier stands at span_length from the first.
 ///
@@ -14,27 +16,43 @@
 /// pier_depth        1.5                                                                m
 /// cap_height        1.0       cap_width (pier_width + 0.5) along, cap_length (deck_width) across  m
 /// deck_width        8         deck_depth 1.5, slab_thickness 0.3, girders 0 (solid), girder_width 0.5   m
+/// bottom_slab       0         thickness of a slab that closes the girders to a box          m
 /// bearing_height    0.1       bearing_stiffness 1e7 N/m, bearing_friction 0.3, bearing_seat 0.5 m
 /// abutments         0         1: abutments at both ends                                -
 #pragma once
 #include <vector>
 
 #include "fem/hex_mesh.hpp"
-#include "fem/rebar_geometry.hpp"
+#include "fem/members.hpp"
 
 namespace talus::fem {
 
 struct ViaductPlan {
-  struct Part { std::vector<Box3> boxes; bool founded = false; int deck = -1; };   // founded: its lowest nodes are held
+  struct Round { Vec3 foot; double radius, top; };
+  struct Part {
+    std::vector<Box3> boxes;       // of a bent: piers first, the cap beam last
+    std::vector<Round> rounds;     // round piers in place of boxes
+    bool founded = false;          // its feet are held
+    int deck = -1;
+  };
   struct Pad { Vec3 at; int deck, end; double length, width; };                     // at: on the cap, body axes
   std::vector<Part> parts;
   std::vector<Pad> pads;
-  std::vector<rebar::Member> piers;      // world axes
+  std::vector<Pier> piers;               // world axes
+  struct Soffit { Vec3 start, end, across; double width; };  // lower side of a girder or solid deck, world axes; across: unit vector
+  std::vector<Soffit> soffits;
   double bearing_height = 0.1, bearing_stiffness = 1e7, bearing_friction = 0.3, bearing_seat = 0.5;
 };
 
 /// Throws InputError for measures that do not fit together.
 ViaductPlan viaduct_plan(const StructureSpec& spec);
 HexMesh viaduct_mesh(const StructureSpec& spec);
+
+/// Round piers under a cap beam: in plan a disc of quadrilaterals inside a square of the cap beam's grid, extruded; `feet` gets the
+/// nodes at the feet. The polygon has the area of the circle.
+HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, std::vector<int>& feet);
+
+/// Bars along the lower side of every girder (or solid deck), evenly over its width. Throws InputError if they do not fit.
+std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule, const material::Steel::Parameters& steel);
 
 }  // namespace talus::fem

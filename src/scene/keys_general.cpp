@@ -87,7 +87,7 @@ std::vector<Key> general_keys() {
       {.path = "output.interval", .type = Type::quantity, .dimension = time, .fallback = "0.05 s", .doc = "Between fields (frames of the playback).", .min = 0, .above = true},
       {.path = "output.history_interval", .type = Type::quantity, .dimension = time, .fallback = "0.01 s",
        .doc = "Between history rows. Every island hits these times exactly.", .min = 0, .above = true},
-      {.path = "output.checkpoint_steps", .type = Type::integer, .fallback = "0", .doc = "Steps between checkpoints; 0 lets the program choose.", .min = 0, .max = 1e9},
+      {.path = "output.checkpoint_steps", .type = Type::integer, .fallback = "0", .doc = "History rows between checkpoints; 0 lets the program choose (200).", .min = 0, .max = 1e9},
       {.path = "output.report", .type = Type::boolean, .fallback = "true", .doc = "Writes report.html at the end."},
 
       {.path = "resolved", .type = Type::table, .doc = "Written by the program into scene.resolved.json; not for scenes written by hand."},

@@ -53,12 +53,16 @@ std::vector<Key> structure_keys() {
       {.path = "structure.erosion", .type = Type::boolean, .fallback = "true", .doc = "Elements that are crushed to nothing are removed; their mass stays."},
       {.path = "structure.rebar", .type = Type::path_or_tables, .doc = "CSV of bars as polylines, or rules as [[structure.rebar]]."},
       {.path = "structure.rebar.kind", .type = Type::choice, .doc = "What the rule lays out.", .required = "always in structure.rebar", .choices = {"longitudinal", "stirrups"}},
-      {.path = "structure.rebar.bars", .type = Type::integer, .fallback = "0", .doc = "Number of longitudinal bars.", .required = "if kind is \"longitudinal\"", .min = 0, .max = 100000},
+      {.path = "structure.rebar.part", .type = Type::choice, .fallback = "\"pier\"", .doc = "Viaduct: the piers, or the decks (longitudinal bars along the lower side of every girder, or of the solid deck).", .choices = {"pier", "deck"}},
+      {.path = "structure.rebar.bars", .type = Type::integer, .fallback = "0", .doc = "Number of longitudinal bars: of a pier, of a girder, or of a solid deck.", .required = "if kind is \"longitudinal\"", .min = 0, .max = 100000},
       {.path = "structure.rebar.diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a bar.", .required = "always in structure.rebar", .min = 0, .max = 0.1, .above = true},
       {.path = "structure.rebar.cover", .type = Type::quantity, .dimension = length, .doc = "Concrete outside the bar.", .required = "always in structure.rebar", .min = 0},
       {.path = "structure.rebar.spacing", .type = Type::quantity, .dimension = length, .fallback = "0 m", .doc = "Distance of stirrups.", .required = "if kind is \"stirrups\"", .min = 0},
       {.path = "structure.rebar.yield", .type = Type::quantity, .dimension = pressure, .fallback = "500 MPa", .doc = "Yield stress.", .min = 0, .above = true},
+      {.path = "structure.rebar.prestress", .type = Type::quantity, .dimension = pressure, .fallback = "0 Pa", .doc = "Initial stress of the bars, below the yield stress.", .min = 0},
       {.path = "structure.rebar.ultimate_strain", .type = Type::quantity, .dimension = number, .fallback = "0.05", .doc = "Strain at fracture.", .min = 0, .max = 1, .above = true},
+      {.path = "structure.bond", .type = Type::choice, .fallback = "\"perfect\"", .doc = "Bars move with the concrete, or slip by the law of the Model Code (good conditions, pull-out).", .choices = {"perfect", "mc2010"},
+       .source = "fib Model Code 2010, 6.1.1"},
       {.path = "structure.damping_ratio", .type = Type::quantity, .dimension = number, .fallback = "0.0", .doc = "Damping of the first mode, relative to critical.", .min = 0, .max = 1, .below = true},
       {.path = "structure.integrator", .type = Type::choice, .fallback = "\"auto\"", .doc = "Time integration; auto takes the cheapest that is accurate.", .choices = {"auto", "explicit", "implicit", "modal"}},
       {.path = "structure.critical_step_fraction", .type = Type::quantity, .dimension = number, .fallback = "0.9", .doc = "Explicit step over the stable one.", .min = 0, .max = 1, .above = true},
@@ -94,6 +98,7 @@ std::vector<Key> structure_keys() {
   viaduct("deck_depth", length, "Viaduct: depth of the deck.");
   viaduct("slab_thickness", length, "Viaduct: slab of a girder or box deck.");
   viaduct("girders", number, "Viaduct: number of T-girders; 0 is a solid deck.", 0, false);
+  viaduct("bottom_slab", length, "Viaduct: slab between the lower ends of the outermost girders, which makes them a box; 0: T-girders.", 0, false);
   viaduct("girder_width", length, "Viaduct: web width of a girder or box.");
   viaduct("bearing_height", length, "Viaduct: height of the bearings.");
   viaduct("bearing_stiffness", stiffness, "Viaduct: stiffness of a bearing along the deck.");

@@ -117,15 +117,21 @@ void read_section(const View& view, StructureSpec& spec) {
 
 void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
   spec.rebar_file = in.file(view, "rebar");
+  spec.bond = view.text("bond");
   for (const View& rule : view.tables("rebar")) {
     StructureSpec::RebarRule bar;
     bar.kind = rule.text("kind");
+    bar.part = rule.text("part");
+    if (bar.part == "deck" && spec.kind != "viaduct") rule.problem("part", "only a viaduct has a deck", "remove it, or write kind = \"viaduct\"");
+    if (bar.part == "deck" && bar.kind == "stirrups") rule.problem("kind", "decks take longitudinal bars only", "give stirrups of a deck as polylines in a CSV file");
     bar.bars = static_cast<int>(rule.integer("bars"));
     bar.diameter = rule.number("diameter");
     bar.cover = rule.number("cover");
     bar.spacing = rule.number("spacing");
     bar.yield = rule.number("yield");
     bar.ultimate_strain = rule.number("ultimate_strain");
+    bar.prestress = rule.number("prestress");
+    if (bar.prestress >= bar.yield && rule.get("prestress")) rule.problem("prestress", "must be below the yield stress", "at most 0.75 of it after losses");
     if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars"))) rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
     if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing"))) rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");
     spec.rebar_rules.push_back(bar);
@@ -150,7 +156,7 @@ void read_material(Reading& in, const View& view, StructureSpec& spec) {
 
 void read_viaduct(const View& view, StructureSpec& spec) {
   static const std::vector<std::string> names{"spans", "span_length", "pier_height", "deck_level", "pier_spacing", "piers_per_bent", "pier_width", "pier_depth", "pier_diameter",
-                                              "cap_height", "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "girders", "girder_width",
+                                              "cap_height", "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width",
                                               "bearing_height", "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments"};
   for (const std::string& name : names) {
     const auto value = view.maybe(name);

@@ -172,8 +172,9 @@ Json structure(const StructureSpec& s, const std::string& material) {
   out["rate_effect"] = s.rate_effect;
   out["erosion"] = s.erosion;
   if (!s.rebar_file.empty()) out["rebar"] = s.rebar_file;
+  out["bond"] = s.bond;
   for (const auto& rule : s.rebar_rules)
-    out["rebar"].push_back({{"kind", rule.kind}, {"bars", rule.bars}, {"diameter", rule.diameter}, {"cover", rule.cover}, {"spacing", rule.spacing}, {"yield", rule.yield}, {"ultimate_strain", rule.ultimate_strain}});
+    out["rebar"].push_back({{"kind", rule.kind}, {"part", rule.part}, {"bars", rule.bars}, {"diameter", rule.diameter}, {"cover", rule.cover}, {"spacing", rule.spacing}, {"yield", rule.yield}, {"prestress", rule.prestress}, {"ultimate_strain", rule.ultimate_strain}});
   out["damping_ratio"] = s.damping_ratio;
   out["integrator"] = s.integrator;
   out["critical_step_fraction"] = s.critical_step_fraction;

@@ -6,7 +6,6 @@ namespace talus::fem {
 
 void disc_by_dealii(int levels, DiscMesh& mesh);
 /// Trilinos: ML and conjugate gradients.
-int multigrid_by_trilinos(const SymmetricMatrix& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const double* b, double* x,
-                          double tolerance);
+std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
 
 }  // namespace talus::fem

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 
@@ -138,6 +139,36 @@ TEST(Damage, DetachedPartTakesExactlyItsMassAndMomenta) {
   EXPECT_NEAR((spin - before.angular_momentum).norm(), 0, 1e-11 * before.angular_momentum.norm());
   EXPECT_NEAR(kinetic, before.kinetic, 1e-11 * before.kinetic);
   EXPECT_LT(bar.elements(), 10);
+}
+
+TEST(Damage, ABarTiesTheTornPartUntilItBreaks) {
+  // Torn as above, once plain, once with a bar of 16 mm that breaks at 3 %: the crack of one cell must open to 3 mm first.
+  const auto torn_at = [](const std::string& bars, int& broken) {
+    StructureSpec s = concrete_bar(10);
+    s.rebar_file = bars;
+    FemStructure bar(s, Vec3::Zero(), silent);
+    const double h = bar.critical_step();
+    for (int i = 0; i < 20000; ++i) {
+      bar.predict(i * h, h);
+      std::vector<NodeImpulse> pull;
+      for (int n = 0; n < static_cast<int>(bar.mesh().nodes.size()); ++n)
+        if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 0, 0) - bar.predicted_velocity(n))});
+      bar.correct(i * h, h, pull);
+      if (bar.take_fragments().empty()) continue;
+      const auto state = bar.snapshot().bar_state;
+      broken = static_cast<int>(std::count(state.begin(), state.end(), 2.0));
+      return (i + 1) * h;
+    }
+    return 1.0;
+  };
+  const std::string path = std::string(TALUS_BINARY_DIR) + "/tie.csv";
+  std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.016,-0.48,0,0,500/540/0.03\nL1,0.016,0.48,0,0,500/540/0.03\n";
+  int broken = 0;
+  const double plain = torn_at("", broken), tied = torn_at(path, broken);
+  EXPECT_GT(broken, 0);
+  EXPECT_GT(tied, plain + 0.2e-3);
+  EXPECT_GT(5.0 * tied, 3e-3);  // the moved end has gone at least as far as the bar stretches in one cell
+  EXPECT_LT(tied, 0.1);
 }
 
 TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {

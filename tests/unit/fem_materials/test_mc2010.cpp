@@ -80,9 +80,9 @@ TEST(Mc2010, SnapbackErrorNamesTheSizeNeeded) {
   const Concrete c = mc2010(38e6);
   const double limit = snapback_limit(c.young, c.f_t, c.fracture_energy);
   EXPECT_NEAR(limit, 1.124, 0.002);  // 2 x 33.55e9 x 140.5 / 2.896e6^2
-  EXPECT_NO_THROW(check_cell_size(c, 0.99 * limit));
+  EXPECT_NO_THROW(check_cell_size(limit, "2 E G_F / f_t^2", 0.99 * limit));
   try {
-    check_cell_size(c, 1.5, "structure.P1.cell_size");
+    check_cell_size(limit, "2 E G_F / f_t^2", 1.5, "structure.P1.cell_size");
     FAIL() << "accepted";
   } catch (const InputError& e) {
     EXPECT_EQ(e.problems()[0].key, "structure.P1.cell_size");

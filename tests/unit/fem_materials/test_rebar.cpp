@@ -168,6 +168,17 @@ TEST(Embed, PiecesCoverTheBarAndLieWhereTheyShould) {
   EXPECT_NEAR(segments[1].length, 0.25, 1e-8);
 }
 
+TEST(Embed, CoordinatesFarFromTheOrigin) {
+  for (const double far : {200.4, 1e6}) {
+    Mesh m = box(8, 8, 8, {2, 2, 2}, 0);
+    const Vec3 shift(far, 210.4, 66.5);
+    for (Vec3& x : m.nodes) x += shift;
+    double covered = 0;
+    for (const Segment& s : embed({straight(shift + Vec3(0.1, 0.1, 0.02), shift + Vec3(0.1, 0.1, 1.98))}, host_search(m.nodes, m.hexes))) covered += s.length;
+    EXPECT_NEAR(covered, 1.96, 1e-6) << far;
+  }
+}
+
 TEST(Embed, BarsOutsideAreNamed) {
   const Mesh m = box(4, 3, 5, {1, 1, 2}, 0);
   try {

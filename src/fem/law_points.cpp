@@ -1,0 +1,105 @@
+#include "fem/law_points.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+namespace talus::fem {
+namespace {
+
+typedef double Points[8];
+
+void gradient_of(const LawGeometry& g, const double* field, Points (&h)[9]) {
+  std::memset(h, 0, sizeof h);
+  for (int a = 0; a < 8; ++a)
+    for (int c = 0; c < 3; ++c) {
+      const double value = field[g.node[a] + c];
+      for (int x = 0; x < 3; ++x)
+        for (int q = 0; q < 8; ++q) h[3 * c + x][q] += value * g.gradient[a][x][q];
+    }
+}
+
+void symmetric_part(const Points* d, Points* out) {
+  for (int q = 0; q < 8; ++q) {
+    out[0][q] = d[0][q], out[1][q] = d[4][q], out[2][q] = d[8][q];
+    out[3][q] = d[5][q] + d[7][q], out[4][q] = d[2][q] + d[6][q], out[5][q] = d[1][q] + d[3][q];
+  }
+}
+
+/// Adds factor (H^T D) symmetrised: D = H with 1/2 gives the Green-Lagrange term, D = H' with 1 its rate.
+void add_product(const Points* h, const Points* d, double factor, Points* out) {
+  for (int i = 0; i < 3; ++i)
+    for (int q = 0; q < 8; ++q) {
+      const double x = h[3 * i][q], y = h[3 * i + 1][q], z = h[3 * i + 2][q];
+      const double a = factor * d[3 * i][q], b = factor * d[3 * i + 1][q], c = factor * d[3 * i + 2][q];
+      out[0][q] += x * a, out[1][q] += y * b, out[2][q] += z * c;
+      out[3][q] += y * c + z * b, out[4][q] += x * c + z * a, out[5][q] += x * b + y * a;
+    }
+}
+
+void mean_dilatation(const LawGeometry& g, Points* e) {
+  double theta = 0;
+  for (int q = 0; q < 8; ++q) theta += g.weight[q] * (e[0][q] + e[1][q] + e[2][q]);
+  theta /= g.volume;
+  for (int q = 0; q < 8; ++q) {
+    const double shift = (theta - (e[0][q] + e[1][q] + e[2][q])) * (1.0 / 3);
+    e[0][q] += shift, e[1][q] += shift, e[2][q] += shift;
+  }
+}
+
+}  // namespace
+
+void point_strains(const LawGeometry& g, const double* u, const double* v, bool finite, PointStrains& out) {
+  Points(&h)[9] = out.displacement_gradient;
+  gradient_of(g, u, h);
+  symmetric_part(h, out.strain);
+  if (finite) add_product(h, h, 0.5, out.strain);
+  mean_dilatation(g, out.strain);
+  if (!v) return;
+  Points hr[9];
+  gradient_of(g, v, hr);
+  symmetric_part(hr, out.rate);
+  if (finite) add_product(h, hr, 1.0, out.rate);
+  mean_dilatation(g, out.rate);
+}
+
+void nodal_force(const LawGeometry& g, const PointStrains& at, const double (*stress)[8], bool finite, double* force) {
+  const Points* h = at.displacement_gradient;
+  double pressure = 0;
+  for (int q = 0; q < 8; ++q) pressure += g.weight[q] * (stress[0][q] + stress[1][q] + stress[2][q]);
+  pressure /= 3 * g.volume;
+  Points p[9];
+  for (int q = 0; q < 8; ++q) {
+    const double shift = pressure - (stress[0][q] + stress[1][q] + stress[2][q]) * (1.0 / 3);
+    const double w = g.weight[q];
+    const double s[9] = {w * (stress[0][q] + shift), w * stress[5][q], w * stress[4][q], w * stress[5][q], w * (stress[1][q] + shift),
+                         w * stress[3][q], w * stress[4][q], w * stress[3][q], w * (stress[2][q] + shift)};
+    for (int i = 0; i < 9; ++i) p[i][q] = s[i];
+  }
+  if (finite) {
+    Points s[9];
+    std::memcpy(s, p, sizeof p);
+    for (int c = 0; c < 3; ++c)
+      for (int x = 0; x < 3; ++x)
+        for (int q = 0; q < 8; ++q) p[3 * c + x][q] += h[3 * c][q] * s[x][q] + h[3 * c + 1][q] * s[3 + x][q] + h[3 * c + 2][q] * s[6 + x][q];
+  }
+  for (int a = 0; a < 8; ++a)
+    for (int c = 0; c < 3; ++c) {
+      Points sum;
+      for (int q = 0; q < 8; ++q)
+        sum[q] = p[3 * c][q] * g.gradient[a][0][q] + p[3 * c + 1][q] * g.gradient[a][1][q] + p[3 * c + 2][q] * g.gradient[a][2][q];
+      force[3 * a + c] = ((sum[0] + sum[4]) + (sum[2] + sum[6])) + ((sum[1] + sum[5]) + (sum[3] + sum[7]));
+    }
+}
+
+double largest_strain(const PointStrains& at) {
+  double most = 0;
+  const Points* e = at.strain;
+  for (int q = 0; q < 8; ++q) {
+    const double norm_sq = e[0][q] * e[0][q] + e[1][q] * e[1][q] + e[2][q] * e[2][q] + 0.5 * (e[3][q] * e[3][q] + e[4][q] * e[4][q] + e[5][q] * e[5][q]);
+    most = std::max(most, norm_sq);
+  }
+  return std::sqrt(most);
+}
+
+}  // namespace talus::fem

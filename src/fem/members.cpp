@@ -1,0 +1,159 @@
+#include "fem/members.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "fem/viaduct.hpp"
+
+namespace talus::fem {
+namespace {
+
+constexpr double pi = 3.14159265358979323846;
+
+Pier whole(const StructureSpec& spec) {
+  Pier p;
+  p.name = spec.name;
+  rebar::Member& m = p.shape;
+  if (spec.kind == "column") {
+    if (spec.section == "round") m.section = rebar::Member::Section::round;
+    if (spec.section == "hollow") p.wall = spec.wall_thickness;
+    m.width = spec.size.x(), m.depth = spec.size.y(), m.length = spec.size.z();
+    m.axis_x = spec.rotation * Vec3::UnitX();
+    m.axis_y = spec.rotation * Vec3::UnitY();
+    m.base = spec.position;
+  } else {
+    int axis = 0;
+    spec.size.maxCoeff(&axis);
+    const int a = (axis + 1) % 3, b = (axis + 2) % 3;
+    m.width = spec.size[a], m.depth = spec.size[b], m.length = spec.size[axis];
+    m.axis_x = spec.rotation * Vec3::Unit(a);
+    m.axis_y = spec.rotation * Vec3::Unit(b);
+    m.base = spec.position - spec.rotation * Vec3::Unit(axis) * (spec.size[axis] / 2);
+  }
+  p.clear = m.length;
+  return p;
+}
+
+void keep_unique(std::vector<int>& list) {
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+}
+
+}  // namespace
+
+std::vector<Pier> find_piers(const StructureSpec& spec) {
+  if (spec.kind == "viaduct") return viaduct_plan(spec).piers;
+  if (spec.kind == "column" || spec.kind == "box") return {whole(spec)};
+  return {};
+}
+
+PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
+  PierPlace place;
+  const Vec3 x = pier.shape.axis_x, y = pier.shape.axis_y, z = pier.axis();
+  const double half_x = pier.shape.width / 2 * (1 + 1e-6), half_y = pier.shape.depth / 2 * (1 + 1e-6);
+  std::vector<double> height(mesh.nodes.size());
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) height[n] = (mesh.nodes[n] - pier.shape.base).dot(z);
+  std::vector<std::array<double, 2>> range;
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    Vec3 centre = Vec3::Zero();
+    double low = 1e300, high = -1e300;
+    for (int n : mesh.hexes[cell]) {
+      centre += mesh.nodes[n] / 8;
+      low = std::min(low, height[n]), high = std::max(high, height[n]);
+    }
+    const Vec3 d = centre - pier.shape.base;
+    const double h = d.dot(z);
+    if (std::abs(d.dot(x)) > half_x || std::abs(d.dot(y)) > half_y || h < 0 || h > pier.clear) continue;
+    place.cells.push_back(cell);
+    range.push_back({low, high});
+  }
+  const double near = 1e-6 * pier.clear;
+  for (int cell : place.cells)
+    for (int n : mesh.hexes[cell]) {
+      if (height[n] < near) place.foot.push_back(n);
+      if (height[n] > pier.clear - near) place.top.push_back(n);
+    }
+  keep_unique(place.foot), keep_unique(place.top);
+  for (int k = 0; k < cuts; ++k) {
+    Cut cut;
+    cut.at = pier.clear * k / (cuts - 1);
+    const double plane = std::min(cut.at, pier.clear - near) + (k == 0 ? near : 0);
+    for (std::size_t i = 0; i < place.cells.size(); ++i) {
+      if (!(range[i][0] <= plane && plane < range[i][1])) continue;
+      cut.cells.push_back(place.cells[i]);
+      for (int n : mesh.hexes[place.cells[i]]) {
+        cut.nodes.push_back(n);
+        if (height[n] > plane) cut.above.push_back(n);
+      }
+    }
+    keep_unique(cut.nodes), keep_unique(cut.above);
+    place.cuts.push_back(std::move(cut));
+  }
+  return place;
+}
+
+rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis, double axial) {
+  const rebar::Member& m = pier.shape;
+  const Vec3 e = axis == 0 ? m.axis_x : m.axis_y, z = pier.axis();
+  const bool round = m.section == rebar::Member::Section::round;
+  const double height = axis == 0 ? m.width : m.depth, width = axis == 0 ? m.depth : m.width;
+  rebar::ShearInput in;
+  in.axial = axial;
+  in.gross_area = round ? pi / 4 * m.width * m.width : m.width * m.depth;
+  if (pier.wall > 0) in.gross_area -= (m.width - 2 * pier.wall) * (m.depth - 2 * pier.wall);
+
+  // Bars along the axis that cross the section: those on the tension side (half the section) and where they lie.
+  double area = 0, lever = 0, ring = 0, all = 0;
+  for (const rebar::Bar& bar : bars)
+    for (std::size_t i = 1; i < bar.points.size(); ++i) {
+      const Vec3 p = bar.points[i - 1] - m.base, q = bar.points[i] - m.base;
+      const double a = p.dot(z) - at, b = q.dot(z) - at;
+      if (!((a <= 0 && b > 0) || (b <= 0 && a > 0)) || std::abs(b - a) < 0.7 * (q - p).norm()) continue;
+      const Vec3 here = p + (q - p) * (a / (a - b));
+      const double side = here.dot(e);
+      if (std::abs(here.dot(m.axis_x)) > m.width / 2 || std::abs(here.dot(m.axis_y)) > m.depth / 2) continue;  // of another pier
+      ring += bar.area() * (here - here.dot(z) * z).norm(), all += bar.area();
+      if (side <= 1e-9 * height) continue;
+      area += bar.area(), lever += bar.area() * side;
+    }
+  in.tension_area = area;
+  const double r = height / 2;
+  if (round) {
+    const double r_s = all > 0 ? ring / all : 0.9 * r;
+    const double d = r + 2 * r_s / pi;                       // to the centroid of the tension bars
+    const double c = std::clamp((d - r) / r, -1.0, 1.0);     // the segment of the circle above that depth
+    in.effective_depth = d;
+    in.width = r * r * (pi - std::acos(c) + c * std::sqrt(1 - c * c)) / d;
+  } else {
+    in.effective_depth = area > 0 ? r + lever / area : 0.9 * height;
+    in.width = pier.wall > 0 ? 2 * pier.wall : width;
+  }
+
+  // Stirrups: steel along e between two sections, as legs over the depth they span.
+  const double window = std::max(height, 0.5), low = std::max(0.0, at - window / 2), high = std::min(pier.clear, at + window / 2);
+  double legs = 0, yield = 0;
+  for (const rebar::Bar& bar : bars) {
+    double along = 0, from = 1e300, to = -1e300, middle = 0;
+    bool inside = true;
+    for (std::size_t i = 0; i < bar.points.size(); ++i) {
+      const Vec3 p = bar.points[i] - m.base;
+      inside = inside && std::abs(p.dot(m.axis_x)) <= m.width / 2 && std::abs(p.dot(m.axis_y)) <= m.depth / 2;
+      from = std::min(from, p.dot(e)), to = std::max(to, p.dot(e));
+      middle += p.dot(z) / static_cast<double>(bar.points.size());
+      if (i == 0) continue;
+      const Vec3 leg = bar.points[i] - bar.points[i - 1];
+      if (std::abs(leg.dot(z)) < 0.3 * leg.norm()) along += std::abs(leg.dot(e));
+    }
+    if (!inside || !(to - from > 0.3 * height) || middle < low || middle >= high) continue;
+    const double steel = bar.area() * along / (to - from);
+    legs += steel, yield += steel * bar.steel.yield;
+  }
+  if (legs > 0) {
+    if (round) legs *= pi / 4, yield *= pi / 4;  // the mean share of a hoop's tension along e
+    in.stirrup_area_per_length = legs / (high - low);
+    in.stirrup_yield = yield / legs;
+  }
+  return in;
+}
+
+}  // namespace talus::fem

@@ -1,0 +1,124 @@
+// Axial capacity of a member by push-down between rigid plates, from the present state.
+//
+//   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and damping carry to first order
+//
+// The member is cut out of a copy of the structure: all other cells are switched off, its end sections are held, and after the
+// motion has settled the upper one is moved down the axis at a constant speed. Damping of half the critical one of the axial mode
+// (omega = pi c / L between plates) keeps the response quasi-static; the law's rate effect is off.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.hpp"
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+namespace {
+constexpr double settle_periods = 12, periods_to_strain = 80;   // of the axial mode; to reach press_strain
+constexpr double press_strain = 2e-3, last_strain = 2e-2;
+constexpr double fallen = 0.6;                                   // of the greatest load: the test is over
+constexpr int samples = 100;                                     // of the curve, until press_strain
+}  // namespace
+
+std::vector<PushDown> FemStructure::push_down() const {
+  Problem p;
+  p.key = "structure." + spec_.name;
+  if (members_.empty()) {
+    p.rule = "push-down needs a member: piers of a viaduct, a column or a box that is supported";
+    p.remedy = "model the pier as a column, or the bridge as a viaduct";
+    throw InputError(p);
+  }
+  if (!damage_) {
+    p.key += ".damage";
+    p.value = spec_.damage;
+    p.rule = "an elastic structure has no capacity";
+    p.remedy = "run it with damage = \"concrete\" or \"concrete-cdpm2\"";
+    throw InputError(p);
+  }
+  std::vector<PushDown> all;
+  for (std::size_t k = 0; k < members_.size(); ++k) all.push_back(push_down(k));
+  return all;
+}
+
+/// A copy of this structure in which only the member is left, at rest between its plates.
+std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place) const {
+  StructureSpec spec = spec_;
+  spec.gravity_preload = false;
+  spec.rate_effect = false;
+  spec.damping_ratio = 0;
+  spec.loads.clear();
+  spec.probes.clear();
+  auto copy = std::make_unique<FemStructure>(spec, gravity_, [](const std::string&) {});
+  std::vector<double> state;
+  save(state);
+  copy->restore(state);
+  std::vector<char> inside(mesh_.hexes.size(), 0);
+  for (int cell : place.cells) inside[cell] = 1;
+  for (int cell = 0; cell < static_cast<int>(inside.size()); ++cell)
+    if (!inside[cell] && copy->live_[cell]) copy->switch_off(cell);
+  for (int n = 0; n < static_cast<int>(mesh_.nodes.size()); ++n) {
+    copy->supports_.held[n] = {false, false, false};
+    if (copy->cells_at_node_[n] == 0) copy->remove_node(n);
+    for (int c = 0; c < 3; ++c) {
+      copy->inverse_mass_[4 * n + c] = copy->mass_[n] > 0 ? 1 / copy->mass_[n] : 0;
+      copy->v_[4 * n + c] = 0;
+    }
+  }
+  for (const std::vector<int>* plate : {&place.foot, &place.top})
+    for (int n : *plate)
+      for (int c = 0; c < 3; ++c) copy->inverse_mass_[4 * n + c] = 0, copy->supports_.held[n][c] = true;
+  copy->h_last_ = 0;
+  copy->time_ = 0;
+  copy->moved();
+  return copy;
+}
+
+PushDown FemStructure::push_down(std::size_t k) const {
+  const PierPlace& place = member_places_[k].place;
+  const Member& member = members_[k];
+  const Vec3 z = member.axis_x.cross(member.axis_y);
+  const std::unique_ptr<FemStructure> test = cut_out(place);
+  const double period = 2 * member.length * std::sqrt(spec_.density / spec_.young);
+  test->alpha_ = 2 * M_PI / period;
+  const double speed = press_strain * member.length / (periods_to_strain * period);
+  double weight = 0;
+  for (int cell : place.cells)
+    if (live_[cell]) weight -= cell_mass_[cell] * gravity_.dot(z);
+
+  PushDown out;
+  out.member = member.name;
+  const double h = test->critical_step_, settled = settle_periods * period;
+  const double interval = periods_to_strain * period / samples;
+  double t = 0, next = settled + interval, sum = 0, drop = 0;
+  long steps = 0;
+  for (; drop < last_strain * member.length; t += h) {
+    test->predict(t, h);
+    const bool pressing = t >= settled;
+    const double down = pressing ? speed : 0.0;
+    double plates = 0;
+    for (int n : place.top)
+      for (int c = 0; c < 3; ++c) {
+        plates -= test->f_int_[4 * n + c] * z[c];
+        test->v_hat_[4 * n + c] = -down * z[c];
+      }
+    for (int n : place.foot)
+      for (int c = 0; c < 3; ++c) plates += test->f_int_[4 * n + c] * z[c];
+    test->correct(t, h, {});
+    if (!pressing) continue;
+    drop += down * h;
+    sum += 0.5 * plates - 0.5 * weight;
+    ++steps;
+    if (t + h < next) continue;
+    const double load = sum / static_cast<double>(steps);
+    if (!std::isfinite(load)) throw NumericalFailure(fmt::format("structure {}: the push-down of {} failed at {:.4g} m", spec_.name, member.name, drop));
+    out.curve.push_back({drop - 0.5 * down * interval, load});
+    if (load > out.capacity) out.capacity = load, out.at = out.curve.back()[0];
+    if (load < fallen * out.capacity && drop > 0.5 * press_strain * member.length) break;
+    next += interval, sum = 0, steps = 0;
+  }
+  return out;
+}
+
+}  // namespace talus::fem

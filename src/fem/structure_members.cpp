@@ -1,0 +1,107 @@
+// Piers and columns as members: section forces, drift, cracks and bars.
+#include <algorithm>
+#include <cmath>
+
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+namespace {
+constexpr int stations = 9;  // from base to top
+
+Vec3 mean_displacement(const std::vector<int>& nodes, const AlignedVector& u) {
+  Vec3 sum = Vec3::Zero();
+  for (int n : nodes) sum += Vec3(u[4 * n], u[4 * n + 1], u[4 * n + 2]);
+  return nodes.empty() ? sum : Vec3(sum / static_cast<double>(nodes.size()));
+}
+}  // namespace
+
+void FemStructure::set_members() {
+  if (supports_.nodes.empty()) return;
+  for (const Pier& pier : find_piers(spec_)) {
+    MemberPlace m{pier, place_of(pier, mesh_, stations), {}, {}};
+    if (m.place.cells.empty()) continue;
+    if (bars_) {
+      m.segments = bars_->segments_in(m.place.cells);
+      for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(bars_->segments_in(cut.cells));
+    }
+    Member info;
+    info.name = pier.name;
+    info.base = pier.shape.base;
+    info.axis_x = pier.shape.axis_x;
+    info.axis_y = pier.shape.axis_y;
+    info.length = pier.clear;
+    for (const Cut& cut : m.place.cuts) info.stations.push_back(cut.at);
+    for (int cell : m.place.cells) info.volume += cell_mass_[cell] / spec_.density;
+    member_places_.push_back(std::move(m));
+    members_.push_back(std::move(info));
+  }
+  const std::vector<MemberState> start = member_states();
+  for (std::size_t k = 0; k < members_.size(); ++k) {
+    members_[k].axial_preload = start[k].axial.front();
+    if (!concrete_) continue;
+    const std::vector<rebar::Bar> none;
+    for (int axis = 0; axis < 2; ++axis) {
+      const rebar::ShearInput in = shear_input(member_places_[k].pier, bars_ ? bars_->list() : none, members_[k].length / 2, axis, members_[k].axial_preload);
+      members_[k].shear_design[axis] = rebar::shear_resistance(in, {concrete_->f_ck, 1.2, 1.0, 1.0}).governing;
+      members_[k].shear_mean[axis] = rebar::shear_resistance(in, {concrete_->f_cm, 1.0, 1.0, 1.0}).governing;
+    }
+  }
+}
+
+std::vector<MemberState> FemStructure::member_states() const {
+  if (member_states_.empty() && !members_.empty()) {
+    AlignedVector force(u_.size(), 0.0);
+    for (std::size_t k = 0; k < members_.size(); ++k) member_states_.push_back(member_state(k, force));
+  }
+  return member_states_;
+}
+
+/// `force` is zero on entry and on return.
+MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) const {
+  const MemberPlace& m = member_places_[k];
+  const Vec3 x = members_[k].axis_x, y = members_[k].axis_y, z = x.cross(y);
+  MemberState state;
+  for (std::size_t i = 0; i < m.place.cuts.size(); ++i) {
+    const Cut& cut = m.place.cuts[i];
+    std::vector<int> elastic;
+    for (int cell : cut.cells) {
+      if (!live_[cell]) continue;
+      if (!damage_ || !damage_->has(cell)) {
+        elastic.push_back(cell);
+        continue;
+      }
+      double f[24];
+      damage_->force_of(cell, u_.data(), f);
+      for (int a = 0; a < 8; ++a)
+        for (int c = 0; c < 3; ++c) force[4 * mesh_.hexes[cell][a] + c] += f[3 * a + c];
+    }
+    operator_->add_internal_force_of(elastic, u_.data(), force.data(), finite_, 1);
+    if (bars_) bars_->add_forces_of(m.cut_segments[i], u_.data(), live_, force.data());
+    const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(cut.nodes, u_);
+    Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+    for (int n : cut.above) {
+      const Vec3 f(force[4 * n], force[4 * n + 1], force[4 * n + 2]);
+      sum += f;
+      moment += (node_position(n) - centre).cross(f);
+    }
+    for (int n : cut.nodes) std::fill_n(&force[4 * static_cast<std::size_t>(n)], 4, 0.0);
+    state.axial.push_back(-sum.dot(z));
+    state.shear.push_back({sum.dot(x), sum.dot(y)});
+    state.moment.push_back({moment.dot(x), moment.dot(y)});
+  }
+  const Vec3 drift = mean_displacement(m.place.top, u_) - mean_displacement(m.place.foot, u_);
+  state.drift = {drift.dot(x), drift.dot(y)};
+  for (int cell : m.place.cells) {
+    if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
+    else if (damage_) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
+  }
+  if (bars_) {
+    const Bars::Counts bars = bars_->count(m.segments);
+    state.bars_yielded = bars.yielded;
+    state.bars_broken = bars.broken;
+  }
+  return state;
+}
+
+}  // namespace talus::fem

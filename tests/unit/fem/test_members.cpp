@@ -1,0 +1,218 @@
+// Members: section forces, shear resistance, push-down; piers of every section, decks of every kind.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numeric>
+
+#include "core/error.hpp"
+#include "fem/members.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+TEST(Members, SectionForcesOfACantileverUnderItsWeightAcrossAndAlong) {
+  // Gravity at an angle: every section carries what lies above. Cells of 0.5 m, stations on cell borders: the layer above a station
+  // hands down what lies above its own middle, so that is where the closed forms are taken.
+  StructureSpec s = cantilever(3, 24);
+  s.gravity_preload = true;
+  const double g = 9.81, across = 2.0, w = 2450 * 1.5 * 1.5, h = 0.5;
+  FemStructure pier(s, Vec3(across, 0, -g), silent);
+  ASSERT_EQ(pier.members().size(), 1u);
+  const Member& m = pier.members()[0];
+  ASSERT_EQ(m.stations.size(), 9u);
+  EXPECT_DOUBLE_EQ(m.length, 12);
+  EXPECT_NEAR(m.volume, 27, 1e-9);
+  const MemberState state = pier.member_states()[0];
+  for (int k = 0; k < 9; ++k) {
+    const double at = std::min(m.stations[k], 12 - h), above = 12 - at - h / 2;
+    EXPECT_NEAR(state.axial[k], w * g * above, 1e-6 * w * g * 12) << k;
+    EXPECT_NEAR(state.shear[k][0], w * across * above, 1e-6 * w * across * 12) << k;
+    EXPECT_NEAR(state.shear[k][1], 0, 1e-6 * w * g * 12);
+    if (k == 8) continue;
+    // Nodal weights at and above the upper end of the layer, about the station.
+    double moment = 0;
+    for (double z = at + h; z < 12 + 1e-9; z += h) moment += w * across * (z > 12 - 1e-9 ? h / 2 : h) * (z - m.stations[k]);
+    EXPECT_NEAR(state.moment[k][1], moment, 1e-3 * w * across * 72) << k;
+    EXPECT_NEAR(state.moment[k][0], 0, 1e-5 * moment + 1);
+  }
+  EXPECT_NEAR(state.drift[0], w * across * std::pow(12, 4) / (8 * 33.55e9 * std::pow(1.5, 4) / 12), 0.03 * state.drift[0]);
+  EXPECT_EQ(m.shear_design[0], 0);  // no concrete
+}
+
+TEST(Members, ShearResistanceByHand) {
+  // 1.5 m deep along x, 3 m wide; two rows of eight bars of 25 mm at +-0.65 m, stirrups of 12 mm each 0.2 m with legs along x of 1.4 m.
+  Pier pier;
+  pier.shape.width = 1.5, pier.shape.depth = 3, pier.shape.length = pier.clear = 10;
+  std::vector<rebar::Bar> bars;
+  for (int side : {-1, 1})
+    for (int i = 0; i < 8; ++i) {
+      rebar::Bar b;
+      b.diameter = 0.025;
+      b.points = {Vec3(side * 0.65, -1.4 + 0.4 * i, 0.05), Vec3(side * 0.65, -1.4 + 0.4 * i, 9.95)};
+      bars.push_back(b);
+    }
+  for (int i = 0; i < 50; ++i) {
+    rebar::Bar b;
+    b.diameter = 0.012;
+    const double z = 0.1 + 0.2 * i;
+    b.points = {Vec3(-0.7, -1.45, z), Vec3(0.7, -1.45, z), Vec3(0.7, 1.45, z), Vec3(-0.7, 1.45, z), Vec3(-0.7, -1.45, z)};
+    bars.push_back(b);
+  }
+  const rebar::ShearInput in = shear_input(pier, bars, 5.0, 0, 2e6);
+  EXPECT_DOUBLE_EQ(in.width, 3);
+  EXPECT_NEAR(in.effective_depth, 0.75 + 0.65, 1e-12);
+  EXPECT_NEAR(in.tension_area, 8 * M_PI / 4 * 0.025 * 0.025, 1e-12);
+  EXPECT_NEAR(in.stirrup_area_per_length, 2 * M_PI / 4 * 0.012 * 0.012 / 0.2, 0.08 * 1.131e-3);  // whole stirrups in a window of 1.5 m
+  const rebar::ShearResistance r = rebar::shear_resistance(in, {30e6, 1.2, 1.0, 1.0});
+  // V_Rd,s = A_sw/s z f_ywd cot t with cot t = 2.5, z = 1.26 m: 1.131e-3 x 1.26 x 500e6 x 2.5 = 1.78 MN
+  EXPECT_NEAR(r.stirrups, 1.78e6, 0.08 * 1.78e6);
+  // V_Rd,c = (0.15 k (100 rho f_ck)^(1/3) + 0.15 s_cp) b d, k 1.378, rho 0.000935: (0.15 x 1.378 x 1.411 + 0.15 x 0.444) x 4.2 = 1.505 MN;
+  // the least value (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) = 0.377: 1.583 MN governs
+  EXPECT_NEAR(r.concrete, 1.583e6, 0.01e6);
+}
+
+TEST(Members, ShearInputOfARoundAndAHollowPier) {
+  Pier pier;
+  pier.shape.width = pier.shape.depth = 2, pier.clear = pier.shape.length = 8;
+  pier.wall = 0.3;
+  const rebar::ShearInput hollow = shear_input(pier, {}, 4, 0, 0);
+  EXPECT_DOUBLE_EQ(hollow.width, 0.6);
+  EXPECT_NEAR(hollow.gross_area, 4 - 1.4 * 1.4, 1e-12);
+  pier.wall = 0;
+  pier.shape.section = rebar::Member::Section::round;
+  const rebar::ShearInput round = shear_input(pier, {}, 4, 0, 0);
+  // d = r + 2 r_s / pi with r_s = 0.9 r; the segment of that depth has 2.476 m^2 (of pi)
+  EXPECT_NEAR(round.effective_depth, 1.573, 1e-3);
+  EXPECT_NEAR(round.width * round.effective_depth, 2.650, 0.01);
+}
+
+namespace {
+StructureSpec short_column() {
+  StructureSpec s;
+  s.name = "column";
+  s.kind = "column";
+  s.f_cm = 38e6;
+  s.density = 2450;
+  s.size = Vec3(0.4, 0.4, 1.6);
+  s.cells = {2, 2, 8};
+  s.damage = "concrete";
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.rebar_rules.push_back({"longitudinal", "pier", 4, 0.025, 0.04, 0, 500e6, 0.05, 0});
+  s.rebar_rules.push_back({"stirrups", "pier", 0, 0.010, 0.04, 0.1, 500e6, 0.05, 0});
+  return s;
+}
+}  // namespace
+
+TEST(PushDown, OfASoundColumnIsItsConcreteAndSteel) {
+  FemStructure column(short_column(), Vec3(0, 0, -9.81), silent);
+  std::vector<double> before, after;
+  column.save(before);
+  const PushDown p = column.push_down().at(0);
+  column.save(after);
+  EXPECT_EQ(before, after);  // the structure itself is left alone
+  const double steel = 4 * M_PI / 4 * 0.025 * 0.025, stress = std::min(500e6, 0.0023 * 200e9);
+  const double expected = 0.16 * 38e6 + steel * stress;
+  EXPECT_NEAR(p.capacity / expected, 1, 0.03);
+  EXPECT_NEAR(p.at / 1.6, 2.3e-3, 0.4e-3);
+  EXPECT_LT(p.curve.back()[1], 0.95 * p.capacity);  // it has passed its peak
+}
+
+TEST(PushDown, OfACrushedColumnIsLower) {
+  StructureSpec s = short_column();
+  // A pulse of 60 MPa on the right half of one side at mid-height.
+  StructureSpec::Load load;
+  load.region = Box3(Vec3(-0.201, -0.3, 0.59), Vec3(-0.199, 0.3, 1.01));
+  load.traction = Vec3(60e6, 0, 0);
+  load.history = {{0, 0}, {0.5e-3, 1}, {2e-3, 1}, {2.5e-3, 0}};
+  s.loads.push_back(load);
+  FemStructure column(s, Vec3(0, 0, -9.81), silent);
+  const double h = column.critical_step();
+  double t = 0;
+  for (; t < 6e-3; t += h) column.predict(t, h), column.correct(t, h, {});
+  ASSERT_GT(column.damage_max(), 0.9);
+  const double sound = FemStructure(short_column(), Vec3(0, 0, -9.81), silent).push_down().at(0).capacity;
+  const double now = column.push_down().at(0).capacity;
+  EXPECT_LT(now, 0.95 * sound);
+  EXPECT_GT(now, 0.05 * sound);
+}
+
+TEST(PushDown, NeedsADamageLawAndAMember) {
+  EXPECT_THROW(FemStructure(cantilever(1, 4), Vec3::Zero(), silent).push_down(), InputError);
+}
+
+namespace {
+StructureSpec viaduct(std::vector<std::pair<std::string, double>> parameters) {
+  StructureSpec s;
+  s.name = "V";
+  s.kind = "viaduct";
+  s.young = 33.55e9;
+  s.density = 2450;
+  s.cell_size = 1.0;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"pier_width", 1.6}, {"pier_depth", 1.6}, {"cap_width", 2.4}};
+  s.parameters.insert(s.parameters.end(), parameters.begin(), parameters.end());
+  return s;
+}
+
+double volume(const FemStructure& f) {
+  const std::vector<double> v = cell_volumes(f.mesh());
+  return std::accumulate(v.begin(), v.end(), 0.0);
+}
+}  // namespace
+
+TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
+  const double pi = 3.14159265358979323846, caps = 3 * 2.4 * 8 * 1.0, solid = 2 * (12 - 0.05) * 8 * 1.5;
+  struct Case { const char* name; StructureSpec spec; double volume; };
+  std::vector<Case> cases;
+  cases.push_back({"rectangular", viaduct({}), 3 * 6 * 1.6 * 1.6 + caps + solid});
+  StructureSpec round = viaduct({});
+  round.section = "round";
+  cases.push_back({"round", round, 3 * 6 * pi * 0.64 + caps + solid});
+  StructureSpec pairs = viaduct({{"piers_per_bent", 2}, {"pier_spacing", 4}});
+  pairs.section = "round";
+  cases.push_back({"pairs of round piers", pairs, 6 * 6 * pi * 0.64 + caps + solid});
+  StructureSpec hollow = viaduct({});
+  hollow.section = "hollow";
+  hollow.wall_thickness = 0.3;
+  cases.push_back({"hollow", hollow, 3 * 6 * (1.6 * 1.6 - 1.0) + caps + solid});
+  cases.push_back({"T-girders", viaduct({{"girders", 4}, {"girder_width", 0.5}, {"slab_thickness", 0.3}}), 3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 4 * 0.5 * 1.2)});
+  cases.push_back({"box girder", viaduct({{"girders", 2}, {"girder_width", 0.5}, {"slab_thickness", 0.3}, {"bottom_slab", 0.25}}),
+                   3 * 6 * 1.6 * 1.6 + caps + 2 * 11.95 * (8 * 0.3 + 2 * 0.5 * 1.2 + (4 - 0.5) * 0.25)});
+  for (const Case& c : cases) {
+    FemStructure bridge(c.spec, Vec3(0, 0, -9.81), silent);
+    EXPECT_NEAR(volume(bridge), c.volume, 1e-6 * c.volume) << c.name;
+    const double weight = 2450 * 9.81 * c.volume;
+    EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight) << c.name;
+    EXPECT_TRUE(bridge.quiet()) << c.name;
+    EXPECT_TRUE(bridge.take_fragments().empty()) << c.name;
+    double carried = 0;
+    for (const Member& m : bridge.members()) carried += m.axial_preload;
+    EXPECT_NEAR(carried, weight, 0.02 * weight) << c.name;  // less half the lowest layer of each pier
+  }
+}
+
+TEST(ViaductShapes, PiersReachTheGround) {
+  StructureSpec s = viaduct({{"deck_level", 12}});
+  std::erase_if(s.parameters, [](const auto& p) { return p.first == "pier_height"; });
+  s.ground = [](double x, double) { return 0.1 * x; };
+  FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
+  ASSERT_EQ(bridge.members().size(), 3u);
+  const double top = 12 - 1.5 - 0.1 - 1.0;
+  for (int i = 0; i < 3; ++i) EXPECT_NEAR(bridge.members()[i].length, top - 0.1 * 12 * i, 1e-9);
+  s.ground = [](double, double) { return std::nan(""); };
+  EXPECT_THROW(FemStructure(s, Vec3(0, 0, -9.81), silent), InputError);
+}
+
+TEST(ViaductShapes, MeasuresThatDoNotFitAreErrors) {
+  StructureSpec thick = viaduct({{"girders", 2}, {"slab_thickness", 0.9}, {"bottom_slab", 0.7}});
+  EXPECT_THROW(FemStructure(thick, Vec3::Zero(), silent), InputError);
+  StructureSpec alone = viaduct({{"bottom_slab", 0.3}});
+  EXPECT_THROW(FemStructure(alone, Vec3::Zero(), silent), InputError);
+  StructureSpec narrow = viaduct({});
+  narrow.section = "round";
+  for (auto& [key, value] : narrow.parameters)
+    if (key == "cap_width") value = 1.65;
+  EXPECT_THROW(FemStructure(narrow, Vec3::Zero(), silent), InputError);
+}
