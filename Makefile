@@ -11,7 +11,7 @@ help:
 	@echo "make build   build alone: the program is build/release/talus"
 	@echo "make cases   run every case in full (long)"
 	@echo "make bench   run the benchmark of the contact solver"
-	@echo "make docs    regenerate docs/scene.md and docs/results/ from the program"
+	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
 	@echo "make clean   remove build/"
 
 setup:
@@ -41,7 +41,12 @@ bench: build
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
 	@$(BUILD)/talus --man > docs/talus.1
-	@$(BUILD)/talus verify -o docs/results
+	@for suite in dda stability; do \
+	  $(BUILD)/talus verify $$suite $$([ $$suite = dda ] || echo --quick) -o $(BUILD)/verify-$$suite > $(BUILD)/verify-$$suite.txt; \
+	  tail -2 $(BUILD)/verify-$$suite.txt; \
+	  python3 docs/results/tables.py $(BUILD)/verify-$$suite/verify.json docs/results/verification-$$suite.md $$suite; \
+	done
+	@cp $(BUILD)/verify-dda/*.svg docs/results/
 
 clean:
 	rm -rf build

@@ -47,7 +47,8 @@ function card(label, value, unit, note, extra = "", digits = 3) {
 }
 if (summary.structures && summary.structures.length) {
   card(summary.structures.length > 1 ? "Structures hit" : summary.structures[0].name, summary.structures.length > 1 ? `${summary.structures.filter((s) => s.hit).length} of ${summary.structures.length}` : summary.hit ? "Hit" : "Not hit", "", summary.hit ? `first at ${number(impacts[0].start, 4)} s` : "", summary.hit ? "hit" : "safe");
-  const worst = impacts.reduce((a, m) => (!a || m.peak_force > a.peak_force ? m : a), null);
+  const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
+  const worst = (blows.length ? blows : impacts).reduce((a, m) => (!a || m.peak_force > a.peak_force ? m : a), null);
   const curve = worst && (meta.curves || []).find((c) => c.impact === impacts.indexOf(worst));
   if (worst) {
     card("Impact speed", worst.speed, "m/s", `${worst.block}, ${text(worst.kinetic, "J")}`);
@@ -203,7 +204,10 @@ function legend() {
     if (view.field === "damage") add("Damage [–]", "damage", "0 sound", "1 lost");
     const d = Math.max(...structures.map((s) => s.displacement_max)), q = Math.max(...structures.map((s) => s.stress_max));
     if (view.field === "displacement") add("Displacement", "viridis", "0", text(d, "m"));
+    const w = Math.max(...structures.map((s) => s.crack_max || 0));
+    if (view.field === "crack") add("Crack width", "magma", "0", text(w, "m"));
     if (view.field === "stress") add("Von Mises stress", "magma", "0", text(q, "Pa"));
+    if (view.field === "bars") add("Strain of the bars, size", "speed", "0", `${number(1000 * Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), 3)} ‰`);
   }
   if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));
 }
@@ -216,7 +220,7 @@ function options() {
     return s;
   };
   if (structures.length) {
-    const items = [["damage", "damage"], ["displacement", "displacement"], ["stress", "stress"], ["plain", "plain"]];
+    const items = [["damage", "damage"], ...(structures.some((s) => s.crack_max > 0) ? [["crack", "crack width"]] : []), ["displacement", "displacement"], ["stress", "stress"], ...(structures.some((s) => s.bars) ? [["bars", "bars"]] : []), ["plain", "plain"]];
     pick("structure", items, view.field, (v) => { view.field = v; }).id = "field";
     pick("deformed", [1, 5, 10, 20, 50, 100, 200].map((v) => [v, `×${v}`]), 1, (v) => { view.exaggeration = +v; }).id = "exaggeration";
   }
@@ -271,7 +275,8 @@ function plots() {
 }
 
 function profile() {
-  const order = blocks.map((b, i) => i).filter((i) => blocks[i].end && !blocks[i].fixed && blocks[i].path_length > 0).sort((a, b) => blocks[b].runout - blocks[a].runout).slice(0, 9);
+  const moved = blocks.map((b, i) => i).filter((i) => blocks[i].end && !blocks[i].fixed && blocks[i].path_length > 0), whole = moved.filter((i) => !blocks[i].fragment);
+  const order = (whole.length ? whole : moved).sort((a, b) => blocks[b].runout - blocks[a].runout).slice(0, 9);
   if (!order.length) { $("profile").hidden = $("deviation").hidden = true; return; }
   const stride = Math.max(1, Math.floor(nf / 1200)), tables = [], labels = [], dev = [], zero = data.origin[2];
   const lead = order[0], walk = (b) => {
@@ -321,8 +326,11 @@ function tables() {
   table(at, "Impacts", "forces are means over a coupled step", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("peak force", "kN", (r) => r.peak_force / 1e3),
     n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
   table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("peak force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
+  const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
+  if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at height", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at height", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => `${r.damage_class} ${r.damage_class_name}`)], members);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
-  table(at, "Design formulas", "cross-checks for the strongest impact", [t("formula", (r) => r.name), n("force", "kN", (r) => r.value / 1e3), t("gives", (r) => r.kind), t("inputs", (r) => r.inputs), { name: "source", get: (r) => r.source, long: true }], summary.formulas || []);
+  table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's peak, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3),
+    { name: "equation", get: (r) => r.equation, long: true }, { name: "inputs", get: (r) => r.inputs, long: true }, { name: "source", get: (r) => `${r.source} (${r.status})`, long: true }, { name: "note", get: (r) => r.note, long: true }], summary.formulas || []);
   table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => { choose({ kind: "block", index: blocks.indexOf(r) }); location.hash = "#playback"; } });
   const e = summary.energy || {};
   table(at, "Energy ledger", "work since the start; dissipation positive", [t("entry", (r) => r[0]), n("energy", "kJ", (r) => r[1] / 1e3, 6)], [["energy at the start", e.start], ["external work", e.external_work], ["energy at the end", e.end], ["dissipated by friction", e.friction_work], ["dissipated by damping and restitution", e.damping_work], ["dissipated by damage", e.damage_work], ["dissipated by the time integration", e.algorithmic], ["residual at the end", e.residual_end], ["worst residual", e.residual_worst]].filter((r) => r[1] !== undefined && r[1] !== null));

@@ -203,8 +203,33 @@ function addStructures() {
     });
     scene.add(group);
     const times = Float64Array.from(s.frames, (f) => f.time);
-    bodies.push({ s, epochs, times, state: "" });
+    bodies.push({ s, epochs, times, state: "", bars: s.bars ? addBars(s.bars) : null });
   });
+}
+
+// Reinforcement as lines, shown with the field "bars" through a concrete of glass.
+function addBars(bars) {
+  const segments = array(`${bars.key}_segments`), g = new BufferGeometry();
+  g.setAttribute("position", new BufferAttribute(new Float32Array(3 * segments.length), 3));
+  g.setAttribute("color", new BufferAttribute(new Float32Array(3 * segments.length), 3));
+  const net = new LineSegments(g, new LineBasicMaterial({ vertexColors: true }));
+  net.frustumCulled = false;
+  net.visible = false;
+  scene.add(net);
+  return { bars, net, segments, nodes: array(`${bars.key}_nodes`), times: Float64Array.from(bars.frames, (f) => f.time), state: "" };
+}
+
+function showBars({ bars, net, segments, nodes, times }, t, on) {
+  net.visible = on && times.length > 0;
+  if (!net.visible) return;
+  const f = bars.frames[before(times, t)], moved = array(`${f.data}_displacement`), strain = array(`${f.data}_strain`), scale = bars.unit * view.exaggeration;
+  const x = net.geometry.getAttribute("position").array, tone = net.geometry.getAttribute("color").array, c = [0, 0, 0];
+  for (let k = 0; k < segments.length; k++) {
+    const i = 3 * segments[k];
+    color("speed", strain[k >> 1] / 65535, c);
+    for (let d = 0; d < 3; d++) { x[3 * k + d] = nodes[i + d] + scale * moved[i + d]; tone[3 * k + d] = c[d] ** 2.2; }
+  }
+  net.geometry.getAttribute("position").needsUpdate = net.geometry.getAttribute("color").needsUpdate = true;
 }
 
 export function structureBox(index) {
@@ -221,11 +246,16 @@ function showStructure(body, t) {
   const state = [f.data, next.data, f.data === next.data ? 0 : s.toFixed(3), view.field, view.exaggeration].join();
   if (state === body.state) return;
   body.state = state;
-  body.epochs.forEach((e, i) => { e.mesh.visible = i === f.epoch; });
+  body.epochs.forEach((e, i) => {
+    e.mesh.visible = i === f.epoch;
+    const glass = view.field === "bars", m = e.mesh.material;
+    if (m.transparent !== glass) { m.transparent = glass; m.opacity = glass ? 0.18 : 1; m.depthWrite = !glass; m.needsUpdate = true; }
+  });
+  if (body.bars) showBars(body.bars, t, view.field === "bars");
   const e = body.epochs[f.epoch], g = e.mesh.geometry, x = g.getAttribute("position").array, tone = g.getAttribute("color").array;
   const a = array(`${f.data}_displacement`), b = same ? array(`${next.data}_displacement`) : a, unit = body.s.displacement_max / 32767, scale = unit * view.exaggeration;
-  const cells = view.field === "damage" ? array(`${f.data}_damage`) : view.field === "stress" ? array(`${f.data}_stress`) : null;
-  const top = view.field === "damage" ? 255 : 65535, map = view.field === "damage" ? "damage" : view.field === "stress" ? "magma" : "viridis";
+  const cells = view.field === "damage" ? array(`${f.data}_damage`) : view.field === "stress" ? array(`${f.data}_stress`) : view.field === "crack" ? array(`${f.data}_crack`) : null;
+  const top = view.field === "damage" ? 255 : 65535, map = view.field === "damage" ? "damage" : view.field === "stress" || view.field === "crack" ? "magma" : "viridis";
   const largest = body.s.displacement_max || 1, c = [0, 0, 0];
   for (let q = 0, n = e.quads.length; q < n; q++) {
     const i = 3 * e.quads[q];
@@ -236,7 +266,7 @@ function showStructure(body, t) {
       size += u * u;
     }
     if (view.field === "displacement") color(map, Math.sqrt(size) * unit / largest, c);
-    else if (view.field === "plain" || !cells.length) { c[0] = 0.72; c[1] = 0.7; c[2] = 0.66; }
+    else if (!cells || !cells.length) { c[0] = 0.72; c[1] = 0.7; c[2] = 0.66; }
     else color(map, cells[q >> 2] / top, c);
     for (let d = 0; d < 3; d++) tone[3 * q + d] = c[d] ** 2.2;
   }
@@ -246,7 +276,9 @@ function showStructure(body, t) {
 }
 
 function addArrows() {
+  const fragment = new Set(blocks.filter((b) => b.fragment).map((b) => b.name));
   for (const m of impacts) {
+    if (fragment.has(m.block)) continue;   // what breaks off presses on all sides of where it was
     const d = new Vector3(...m.impulse), p = new Vector3(m.point[0] - origin[0], m.point[1] - origin[1], m.point[2] - origin[2]);
     if (d.length() === 0) continue;
     const box = bodies.length ? structureBox(0).getSize(new Vector3()).length() : extent * 0.1, length = Math.max(0.35 * box, 1e-3);
@@ -309,6 +341,15 @@ const travel = (() => {
   return n > 1e-3 * extent ? new Vector3(x / n, y / n, 0) : new Vector3(1, 0, 0);
 })();
 
+// True if the ground does not hide b from a, but for what b itself stands in.
+function clear(a, b) {
+  for (let s = 0; s < 0.9; s += 0.03) {
+    const q = a.clone().lerp(b, s);
+    if (ground(q.x, q.y) > q.z - 0.01 * extent) return false;
+  }
+  return true;
+}
+
 // From where a sphere fills the view, looking against `direction`.
 function stand(centre, radius, direction) {
   const half = (camera.fov * Math.PI) / 360, fit = Math.min(half, Math.atan(Math.tan(half) * camera.aspect));
@@ -324,7 +365,10 @@ export const cameras = {
     if (!bodies.length) return;
     const hit = structures.findIndex((s) => impacts.some((m) => m.structure === s.name)), box = structureBox(Math.max(hit, 0)), c = box.getCenter(new Vector3()), r = box.getSize(new Vector3()).length();
     const side = new Vector3(-travel.y, travel.x, 0);
-    fly(stand(c, 0.52 * r, travel.clone().multiplyScalar(-0.55).addScaledVector(side, -0.8).add(new Vector3(0, 0, 0.42))), c, quick);
+    // From the side that is hit; on steep ground from wherever the ground does not stand between.
+    const ways = [[-0.55, -0.8, 0.42], [-0.55, 0.8, 0.42], [0.3, -0.9, 0.42], [0.3, 0.9, 0.42], [0.8, -0.4, 0.5], [0.8, 0.4, 0.5], [0.5, -0.5, 1.2], [0.1, 0, 1]];
+    const stands = ways.map(([along, across, up]) => stand(c, 0.52 * r, travel.clone().multiplyScalar(along).addScaledVector(side, across).add(new Vector3(0, 0, up))));
+    fly(stands.find((from) => clear(from, c)) || stands[stands.length - 1], c, quick);
   },
   follow: (quick) => {
     const first = impacts.length ? blocks.findIndex((b) => b.name === impacts[0].block) : 0, b = selected.kind === "block" ? selected.index : Math.max(first, 0);

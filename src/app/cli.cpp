@@ -65,7 +65,7 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   auto* verify = app->add_subcommand("verify", "Verification and stability suites; exit code 1 if any case falls short");
   verify->add_option("SUITE", options.input, "dda, fem, coupling or stability; all if omitted");
   verify->add_flag("--quick", options.quick, "The short cases only");
-  verify->add_option("-o,--output", options.output, "Directory for verify.json and plots")->type_name("DIR");
+  verify->add_option("-o,--output", options.output, "Directory for verify.html, verify.json and plots")->type_name("DIR");
 
   auto* formulas = app->add_subcommand("formulas", "The design formulas for a block, without a run");
   formulas->add_option("--mass", options.mass, "Mass of the block, e.g. 5t")->required();

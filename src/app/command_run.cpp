@@ -3,11 +3,11 @@
 #include <filesystem>
 
 #include <fmt/format.h>
-#include <unistd.h>
+#include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/final_state.hpp"
 #include "app/progress.hpp"
-#include "core/sha256.hpp"
 #include "io/checkpoint.hpp"
 #include "io/recorder.hpp"
 #include "io/report.hpp"
@@ -55,14 +55,6 @@ std::vector<std::string> unpacked(const std::vector<std::int64_t>& bytes) {
   return names;
 }
 
-/// What a checkpoint must share with the scene it goes on with. The number of threads changes no bit of the result, so
-/// it may differ.
-std::string scene_hash(const std::string& resolved) {
-  std::string text = resolved;
-  if (const auto at = text.find("\"threads\":"); at != std::string::npos) text.erase(at, text.find('\n', at) - at);
-  return sha256(text);
-}
-
 class RecordingSink : public sim::Sink {
  public:
   RecordingSink(io::Recorder& recorder, std::string hash) : recorder_(recorder), hash_(std::move(hash)) {}
@@ -104,6 +96,24 @@ void print_result(const sim::RunResult& result, const fs::path& directory, doubl
   fmt::print("Results: {}\n", directory.string());
 }
 
+/// Refuses to go on in a directory that another scene wrote.
+void require_same_scene(const fs::path& directory, const std::string& hash) {
+  const fs::path file = directory / "scene.resolved.json";
+  if (fs::exists(file) && scene_hash(io::read_file(file)) != hash)
+    throw io::bad_file(file, "--resume", "the directory holds a run of another scene, or of this one with other values",
+                       "resume with the scene and the --set that it was started with, or leave --resume out to start anew");
+}
+
+/// The message of the directory's run if it came to its end; summary.json is the last thing that a run swaps in.
+std::optional<std::string> finished(const fs::path& directory) {
+  const fs::path file = directory / "summary.json";
+  if (!fs::exists(file) || !fs::exists(directory / "scene.resolved.json")) return {};
+  const auto summary = nlohmann::json::parse(io::read_file(file), nullptr, false);
+  const auto text = [&](const char* key) { return summary.is_object() && summary.contains(key) && summary[key].is_string() ? summary[key].get<std::string>() : std::string(); };
+  if (const std::string status = text("status"); status != "done" && status != "at rest") return {};
+  return text("message");
+}
+
 }  // namespace
 
 std::string output_directory(const Options& options) {
@@ -134,6 +144,13 @@ int run_scene(scene::Scene scene, const Options& options) {
   bool resumed = false;
   if (options.resume) {
     const fs::path file = directory / checkpoint_name;
+    require_same_scene(directory, hash);
+    if (const auto end = finished(directory)) {
+      fmt::print("The run in {} has finished: there is nothing to go on with.\n{}{}", directory.string(), *end, end->empty() ? "" : "\n");
+      for (const char* left : {checkpoint_name, "journal.bin"}) fs::remove(directory / left);   // of a kill just after the end
+      if (report && !fs::exists(directory / "report.html")) fmt::print("Report: {}\n", io::write_report(directory).string());
+      return end->empty() ? done : fell_short;   // the message of a run that ended is that of its audit
+    }
     if (fs::exists(file)) {
       const io::Checkpoint stored = io::load_checkpoint(file, hash, TALUS_VERSION);
       sim::Checkpoint state;
@@ -167,8 +184,7 @@ int run_scene(scene::Scene scene, const Options& options) {
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
-  std::signal(SIGINT, on_signal);
-  std::signal(SIGTERM, on_signal);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, on_signal);
   RecordingSink sink(recorder, hash);
   const sim::RunResult result = simulation.run(sink, &stop_signal);
   sink.end_line();
@@ -189,6 +205,7 @@ int run_scene(scene::Scene scene, const Options& options) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
+  save_final_state(directory, simulation.save(), simulation.time(), hash);
   print_result(result, directory, simulation.time());
   if (report) fmt::print("Report: {}\n", io::write_report(directory).string());
   return result.exit_code;

@@ -38,7 +38,7 @@ int command_verify(const Options& options) {
   fmt::print("{} passed, {} fell short, {} not available, {} shown for comparison\n", passed, fell_short, absent, compared);
   if (!options.output.empty()) {
     verify::write_report(report, options.output);
-    fmt::print("wrote {}/verify.json and {}\n", options.output, report.curves.empty() ? "no plots" : "its plots");
+    fmt::print("wrote {0}/verify.html and verify.json{1}\n", options.output, report.curves.empty() ? "" : ", and the plots");
   }
   return report.passed() ? 0 : 1;
 }

@@ -1,4 +1,5 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
+#include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -87,6 +88,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace talus;
+  std::signal(SIGXFSZ, SIG_IGN);   // a file-size limit is a write error with a message, not a death
   try {
     return app::run(argc, argv);
   } catch (const InputError& error) {
@@ -98,7 +100,7 @@ int main(int argc, char** argv) {
   } catch (const NumericalFailure& error) {
     return app::complain(fmt::format("talus: {}", error.what()), app::numerical_failure);
   } catch (const io::WriteError& error) {
-    return app::complain(fmt::format("talus: {}", error.what()), app::numerical_failure);
+    return app::complain(fmt::format("talus: {}; when it can be written again, go on with --resume", error.what()), app::numerical_failure);
   } catch (const std::bad_alloc&) {
     return app::complain("talus: not enough memory; talus check tells how much the scene needs", app::numerical_failure);
   } catch (const std::exception& error) {

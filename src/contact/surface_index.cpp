@@ -95,17 +95,17 @@ void SurfaceIndex::refit(const TriangleSurface& surface) {
   Impl& s = *impl_;
   if (surface.triangles.size() != s.surface.triangles.size() || surface.vertices.size() != s.surface.vertices.size() ||
       surface.revision != s.surface.revision) {
-    *this->impl_ = Impl(*SurfaceIndex(surface).impl_);
-    return;
+    *impl_ = std::move(*SurfaceIndex(surface).impl_);
+  } else {
+    s.surface.vertices = surface.vertices;
+    s.surface.velocities = surface.velocities;
+    s.compute_normals();
+    s.tree.refit([&](int t) { return s.triangle_box(t); });
   }
-  s.surface.vertices = surface.vertices;
-  s.surface.velocities = surface.velocities;
-  s.compute_normals();
   if (s.surface.parent_face.size() == s.group.size())
     s.group = s.surface.parent_face;
   else
     std::iota(s.group.begin(), s.group.end(), 0);
-  s.tree.refit([&](int t) { return s.triangle_box(t); });
 }
 
 const TriangleSurface& SurfaceIndex::surface() const { return impl_->surface; }

@@ -38,4 +38,11 @@ struct AuditSums {
   double work_on_blocks = 0, work_on_structure = 0;   // [J]
 };
 
+/// Sums over the whole run.
+struct RunSums {
+  Counters counters;
+  AuditSums audit;
+  long asleep_skipped = 0, structure_asleep = 0;
+};
+
 }  // namespace talus::coupling

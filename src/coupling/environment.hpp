@@ -28,6 +28,14 @@ struct Bond {
   double cohesion = 0, tension = 0;   // added to the law's [Pa]
 };
 
+/// The index of a skin that moves. Its faces are the elements' from the start, so that it depends on the skin as it is and not on
+/// whether it has moved before: a restart finds the same contacts.
+inline std::unique_ptr<contact::SurfaceIndex> moving_index(const TriangleSurface& skin) {
+  auto index = std::make_unique<contact::SurfaceIndex>(skin);
+  index->refit(skin);
+  return index;
+}
+
 struct Environment {
   std::vector<Plane> planes;
   std::unique_ptr<contact::SurfaceIndex> terrain;   // null: none

@@ -248,13 +248,13 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
   for (std::size_t i = 0; i < reports.size(); ++i) {
     IslandReport& r = reports[i];
     state_.ledger += r.ledger;
-    counters_ += r.counters;
-    audit_.worst_force = std::max(audit_.worst_force, r.audit.worst_force);
-    audit_.worst_moment = std::max(audit_.worst_moment, r.audit.worst_moment);
-    audit_.impulse_on_structure += r.audit.impulse_on_structure;
-    audit_.impulse_on_blocks += r.audit.impulse_on_blocks;
-    audit_.work_on_blocks += r.ledger.blocks_contact_work;
-    audit_.work_on_structure += r.ledger.structure_contact_work;
+    sums_.counters += r.counters;
+    sums_.audit.worst_force = std::max(sums_.audit.worst_force, r.audit.worst_force);
+    sums_.audit.worst_moment = std::max(sums_.audit.worst_moment, r.audit.worst_moment);
+    sums_.audit.impulse_on_structure += r.audit.impulse_on_structure;
+    sums_.audit.impulse_on_blocks += r.audit.impulse_on_blocks;
+    sums_.audit.work_on_blocks += r.ledger.blocks_contact_work;
+    sums_.audit.work_on_structure += r.ledger.structure_contact_work;
     rows_.insert(rows_.end(), r.rows.begin(), r.rows.end());
     for (int b : p.islands[i].blocks) {
       const auto k = static_cast<std::size_t>(b);
@@ -272,15 +272,19 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
     StructurePart& part = env_.structures[q];
     if (part.fixed_surface || p.structure_used[q]) continue;
     if (part.structure->quiet()) {
-      ++structure_asleep_;
+      ++sums_.structure_asleep;
       schemes_[q] = "asleep";
       continue;
     }
     schemes_[q] = part.structure->advance_alone(state_.time, duration);
     part.lagging_index = true;
+    if (const TriangleSurface& skin = part.structure->surface(); skin.revision != part.index->surface().revision) {
+      part.index->refit(skin);   // a new topology is never left behind: a checkpoint keeps positions alone
+      part.lagging_index = false;
+    }
   }
   islands_ = static_cast<int>(p.islands.size());
-  asleep_skipped_ += p.skipped;
+  sums_.asleep_skipped += p.skipped;
   ++state_.stretches;
   return true;
 }

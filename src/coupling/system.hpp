@@ -24,7 +24,6 @@ struct SystemState {
   std::vector<char> asleep;              // per block
   std::vector<double> step;              // suggested step of the island the block was last in [s]
   Ledger ledger;
-  Vec3 block_impulse = Vec3::Zero();     // contact impulse from structures on blocks so far [N s]
 };
 
 struct SystemSettings {
@@ -50,12 +49,14 @@ class CoupledSystem {
   Environment& environment() { return env_; }
   const Environment& environment() const { return env_; }
 
-  const Counters& counters() const { return counters_; }
-  const AuditSums& audit() const { return audit_; }
+  const Counters& counters() const { return sums_.counters; }
+  const AuditSums& audit() const { return sums_.audit; }
   int islands() const { return islands_; }
   int sleeping_blocks() const;
-  long asleep_skipped() const { return asleep_skipped_; }
-  long structure_asleep() const { return structure_asleep_; }
+  long asleep_skipped() const { return sums_.asleep_skipped; }
+  long structure_asleep() const { return sums_.structure_asleep; }
+  /// What is summed from the start of the run; a restart goes on with them. No step depends on them.
+  RunSums& sums() { return sums_; }
   const std::vector<std::string>& structure_schemes() const { return schemes_; }
   /// True if every block with DOFs sleeps and every structure is quiet.
   bool at_rest() const;
@@ -75,12 +76,10 @@ class CoupledSystem {
   SystemState state_;
   Environment env_;
   SystemSettings settings_;
-  Counters counters_;
-  AuditSums audit_;
+  RunSums sums_;
   std::vector<StructureContact> rows_;
   std::vector<std::string> schemes_;
   int islands_ = 0;
-  long asleep_skipped_ = 0, structure_asleep_ = 0;
 };
 
 }  // namespace talus::coupling

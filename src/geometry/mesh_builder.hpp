@@ -53,6 +53,10 @@ class VertexTable {
   std::vector<int> slots_;
 };
 
+[[noreturn]] inline void refuse_vertex(const std::string& name, std::size_t i) {
+  throw InputError(Problem{.file = name, .key = fmt::format("mesh vertex {}", i), .rule = "coordinates must be finite numbers", .remedy = "export the file again"});
+}
+
 /// Collects faces as a file lists them, then shares identical vertices and drops those that no face uses.
 struct Builder {
   std::string name;
@@ -99,6 +103,8 @@ struct Builder {
   Mesh finish() {
     if (mesh.triangles.empty())
       throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+    for (std::size_t i = 0; i < points.size(); ++i)
+      if (!points[i].allFinite()) refuse_vertex(name, i);
     std::vector<int> number(points.size(), -1);
     VertexTable table(mesh.vertices, points.size());
     for (auto& t : mesh.triangles)

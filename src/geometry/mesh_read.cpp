@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <map>
 #include <memory>
 
@@ -21,6 +22,9 @@ std::string ending(const std::string& path) {
   std::transform(e.begin(), e.end(), e.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return e;
 }
+
+/// A number from a file as a whole number in 0 .. limit - 1; `limit` if it is none.
+long whole_below(double x, long limit) { return x >= 0 && x < static_cast<double>(limit) ? static_cast<long>(x) : limit; }
 
 Mesh read_stl_binary(const std::string& text) {
   std::uint32_t n;
@@ -112,6 +116,7 @@ Mesh read_off(const std::string& text, const std::string& name) {
   in.skip_comments();
   const long nv = in.number<long>("vertices"), nf = in.number<long>("faces");
   if (nv < 0 || nf < 0) in.fail("off", "counts must not be negative");
+  if (static_cast<std::size_t>(nv) > text.size()) in.fail("off", "more vertices than the file can hold");
   in.rest_of_line();
   b.points.resize(nv);
   for (Vec3& p : b.points) {
@@ -197,6 +202,7 @@ Mesh read_ply(const std::string& text, const std::string& name) {
       PlyElement e;
       e.name = in.word();
       e.count = in.number<long>("element");
+      if (e.count < 0 || static_cast<std::size_t>(e.count) > text.size()) in.fail("element", "more of them than the file can hold");
       elements.push_back(e);
     } else if (word == "property") {
       if (elements.empty()) in.fail("property", "stands before any element");
@@ -228,14 +234,16 @@ Mesh read_ply(const std::string& text, const std::string& name) {
       Vec3 p = Vec3::Zero();
       for (const PlyProperty& property : e.properties) {
         if (property.count_size > 0) {
-          const long n = static_cast<long>(next(property.count_size, property.count_kind, property.name));
+          const long most = static_cast<long>(text.size());
+          const long n = whole_below(next(property.count_size, property.count_kind, property.name), most);
+          if (n == most) in.fail(property.name, "more entries than the file can hold");
           loop.clear();
-          for (long k = 0; k < n; ++k) loop.push_back(static_cast<int>(next(property.size, property.kind, property.name)));
+          for (long k = 0; k < n; ++k) loop.push_back(static_cast<int>(whole_below(next(property.size, property.kind, property.name), std::numeric_limits<int>::max())));
           if (is_face && (property.name == "vertex_indices" || property.name == "vertex_index")) {
             for (int v : loop)
-              if (v < 0 || v >= static_cast<int>(b.points.size()))
+              if (v >= static_cast<int>(b.points.size()))
                 throw InputError(Problem{.file = name, .key = fmt::format("mesh face {}", i), .value = std::to_string(v),
-                                         .rule = fmt::format("vertex must be in 0..{}", b.points.size() - 1)});
+                                         .rule = b.points.empty() ? "the file has no vertices before it" : fmt::format("vertex must be in 0..{}", b.points.size() - 1)});
             b.face(loop, nullptr);
           }
         } else {
@@ -287,6 +295,8 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
     Mesh mesh = is_binary ? read_stl_binary(text) : read_stl_text(text, name);
     if (mesh.triangles.empty())
       throw InputError(Problem{.file = name, .key = "mesh", .rule = "has no faces", .remedy = "give a surface mesh"});
+    for (std::size_t i = 0; i < mesh.vertices.size(); ++i)
+      if (!mesh.vertices[i].allFinite()) refuse_vertex(name, i);
     return mesh;
   }
   if (e == "obj") return read_obj(text, name);

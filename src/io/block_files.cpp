@@ -64,14 +64,14 @@ void write_blocks(const std::filesystem::path& path, const std::string& mesh_fil
     header.blocks.push_back({b.name, 0, b.volume, false, false, std::move(b.body)});
   }
   const std::size_t n = header.blocks.size();
-  const std::filesystem::path temporary = path.string() + ".part";
-  Hdf5File file = Hdf5File::create(temporary);
+  PartFile part(path);
+  Hdf5File file = Hdf5File::create(part.path());
   write_geometry(file, header);
   file.write<double>("/history/time", std::vector<double>{0}, {1}, "s", "time");
   file.write<double>("/history/blocks/position", position, {1, n, 3}, "m", "centroid");
   file.write<double>("/history/blocks/orientation", orientation, {1, n, 4}, "1", "quaternion w, x, y, z, body to world");
   file.close();
-  swap_in(temporary, path);
+  part.swap_in();
 }
 
 }  // namespace talus::io

@@ -1,5 +1,5 @@
 /// Values to bytes and back, little-endian as in memory, for the journal. A reader that runs past its end throws
-/// std::out_of_range, which the journal turns into "record damaged".
+/// std::out_of_range, which build_results() turns into InputError.
 #pragma once
 #include <cstdint>
 #include <cstring>
@@ -48,6 +48,7 @@ class ByteReader {
     static_assert(std::is_trivially_copyable_v<T>);
     raw(&value, sizeof(T));
   }
+  void get(bool& flag) { flag = take<std::uint8_t>() != 0; }  // a bool that is neither 0 nor 1 is undefined
   void get(Vec3& v) { raw(v.data(), 3 * sizeof(double)); }
   void get(std::string& text) {
     text.resize(count(1));
@@ -70,7 +71,7 @@ class ByteReader {
     if (size > 0) std::memcpy(data, bytes_.data() + at_, size);
     at_ += size;
   }
-  bool done() const { return at_ == bytes_.size(); }
+  std::size_t left() const { return bytes_.size() - at_; }
 
  private:
   // A damaged count must not lead to a huge allocation: no element is smaller than a byte.

@@ -43,10 +43,9 @@ std::string key(const char* group, const std::string& name) { return fmt::format
 }  // namespace
 
 void save_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
-  std::filesystem::path part = path;
-  part += ".part";
+  PartFile part(path);
   {
-    Hdf5File file = Hdf5File::create(part, user_block);
+    Hdf5File file = Hdf5File::create(part.path(), user_block);
     file.attribute("/", "scene_hash", c.scene_hash);
     file.attribute("/", "version", c.version);
     file.group("/numbers");
@@ -61,14 +60,14 @@ void save_checkpoint(const std::filesystem::path& path, const Checkpoint& c) {
     }
     file.close();
   }
-  const Guard guard = measure(part);
+  const Guard guard = measure(part.path());
   {
-    std::fstream out(part, std::ios::binary | std::ios::in | std::ios::out);
+    std::fstream out(part.path(), std::ios::binary | std::ios::in | std::ios::out);
     out.write(reinterpret_cast<const char*>(&guard), sizeof guard);
     out.flush();
-    if (!out) throw WriteError(system_error("write", part));
+    if (!out) throw WriteError(system_error("write", part.path()));
   }
-  swap_in(part, path);
+  part.swap_in();
 }
 
 Checkpoint load_checkpoint(const std::filesystem::path& path, const std::string& scene_hash, const std::string& version) {

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 #include "core/error.hpp"
 
@@ -17,10 +18,12 @@ namespace talus::io {
 namespace {
 
 // Everything a run may leave behind; whatever else lies in the directory belongs to the user and stays.
-constexpr std::string_view known_files[] = {"scene.toml",  "scene.resolved.json", "log.jsonl",   "summary.json", "results.h5",
-                                            "results.xdmf", "results.pvd",        "report.html", "journal.bin",  "checkpoint.h5",
+// The checkpoint goes before the journal that it points into, so that a kill between them leaves no checkpoint without one.
+constexpr std::string_view known_files[] = {"checkpoint.h5", "journal.bin", "summary.json", "scene.toml",  "scene.resolved.json",
+                                            "log.jsonl",     "results.h5",  "results.xdmf", "results.pvd", "report.html",
                                             "scene.toml.part", "scene.resolved.json.part", "summary.json.part", "results.h5.part",
-                                            "results.xdmf.part", "results.pvd.part", "report.html.part", "checkpoint.h5.part"};
+                                            "results.xdmf.part", "results.pvd.part", "report.html.part", "checkpoint.h5.part",
+                                            "final_state.h5", "final_state.h5.part", "capacity.json", "capacity.json.part"};
 
 void sync_path(const fs::path& path, int flags) {
   const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -68,7 +71,11 @@ void check_directory(const fs::path& directory) {
   if (::access(directory.c_str(), W_OK | X_OK) != 0)
     throw refusal(directory, fmt::format("cannot be written: {}", std::strerror(errno)), "name another directory with -o");
   if (fs::exists(directory / marker_name, error)) return;
-  if (!fs::is_empty(directory, error) || error)
+  // A run that was killed while it marked its new directory leaves half a marker there and nothing else.
+  const std::string half = std::string(marker_name) + ".part";
+  bool foreign = false;
+  for (const fs::directory_entry& entry : fs::directory_iterator(directory, error)) foreign = foreign || entry.path().filename() != half;
+  if (foreign || error)
     throw refusal(directory, fmt::format("holds files that are not results of Talus (no {} in it)", marker_name),
                   "name an empty or new directory with -o");
 }
@@ -83,32 +90,36 @@ void claim_directory(const fs::path& directory) {
   write_file(directory / marker_name, "Results of Talus. A directory with this file may be overwritten by the next run.\n");
 }
 
-void swap_in(const fs::path& temporary, const fs::path& path) {
-  sync_path(temporary, O_RDONLY);
-  if (::rename(temporary.c_str(), path.c_str()) != 0) throw WriteError(system_error("rename a finished file to", path));
-  const fs::path parent = path.parent_path();
-  sync_path(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
+PartFile::PartFile(fs::path target) : target_(std::move(target)), part_(target_) { part_ += ".part"; }
+
+PartFile::~PartFile() {
+  if (!part_.empty()) ::unlink(part_.c_str());
+}
+
+void PartFile::swap_in(bool durable) {
+  if (durable) sync_path(part_, O_RDONLY);
+  if (::rename(part_.c_str(), target_.c_str()) != 0) throw WriteError(system_error("rename a finished file to", target_));
+  part_.clear();
+  const fs::path parent = target_.parent_path();
+  if (durable) sync_path(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
 }
 
 void write_file(const fs::path& path, std::string_view bytes, bool durable) {
-  fs::path temporary = path;
-  temporary += ".part";
-  const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
-  if (fd < 0) throw WriteError(system_error("create", temporary));
+  PartFile file(path);
+  const int fd = ::open(file.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
+  if (fd < 0) throw WriteError(system_error("create", file.path()));
   while (!bytes.empty()) {
     const ssize_t n = ::write(fd, bytes.data(), bytes.size());
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) {
-      const std::string text = system_error("write", temporary);
+      const std::string text = system_error("write", file.path());
       ::close(fd);
-      ::unlink(temporary.c_str());
       throw WriteError(text);
     }
     bytes.remove_prefix(static_cast<std::size_t>(n));
   }
   ::close(fd);
-  if (durable) return swap_in(temporary, path);
-  if (::rename(temporary.c_str(), path.c_str()) != 0) throw WriteError(system_error("rename a finished file to", path));
+  file.swap_in(durable);
 }
 
 std::string read_file(const fs::path& path) {

@@ -31,8 +31,20 @@ void claim_directory(const std::filesystem::path& directory);
 /// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need not be durable.
 void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);
 
-/// Syncs `temporary` and renames it to `path`.
-void swap_in(const std::filesystem::path& temporary, const std::filesystem::path& path);
+/// A file in the making beside its final name. swap_in() syncs it and renames it over that name; without, it is removed at the end, so
+/// that a full disk gets its space back.
+class PartFile {
+ public:
+  explicit PartFile(std::filesystem::path target);
+  ~PartFile();
+  PartFile(const PartFile&) = delete;
+  PartFile& operator=(const PartFile&) = delete;
+  const std::filesystem::path& path() const { return part_; }
+  void swap_in(bool durable = true);
+
+ private:
+  std::filesystem::path target_, part_;
+};
 
 /// Throws InputError naming the file if it cannot be read.
 std::string read_file(const std::filesystem::path& path);

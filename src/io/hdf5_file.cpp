@@ -31,7 +31,13 @@ class Id {
   herr_t (*close_)(hid_t);
 };
 
-void quiet() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// No messages of the library's own, and no tidying up at the end of the program: after a write that failed on a full disk it would write
+/// again there, and crash.
+void prepare_library() {
+  static const herr_t once = H5dont_atexit();
+  (void)once;
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
 
 template <class T> hid_t native();
 template <> hid_t native<double>() { return H5T_NATIVE_DOUBLE; }
@@ -142,7 +148,7 @@ void Hdf5File::close() {
 }
 
 Hdf5File Hdf5File::create(const std::filesystem::path& path, std::size_t user_block) {
-  quiet();
+  prepare_library();
   const Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
   if (user_block > 0) H5Pset_userblock(creation, user_block);
   const hid_t id = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, H5P_DEFAULT);
@@ -151,7 +157,7 @@ Hdf5File Hdf5File::create(const std::filesystem::path& path, std::size_t user_bl
 }
 
 Hdf5File Hdf5File::open(const std::filesystem::path& path) {
-  quiet();
+  prepare_library();
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error))
     throw bad_file(path, {}, "does not exist", "check the path");

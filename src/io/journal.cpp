@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -66,7 +67,7 @@ void JournalWriter::flush() {
     if (n < 0) {
       const std::string text = system_error("write", path_);
       buffer_.erase(0, buffer_.size() - rest.size());  // what was not written stays, so that a later flush goes on
-      throw WriteError(text + "; results up to here are kept");
+      throw WriteError(text);
     }
     rest.remove_prefix(static_cast<std::size_t>(n));
   }
@@ -76,6 +77,8 @@ void JournalWriter::flush() {
 void JournalWriter::sync() {
   flush();
   if (::fdatasync(fd_) != 0) throw WriteError(system_error("sync", path_));
+  struct stat now{};
+  if (::fstat(fd_, &now) != 0 || now.st_nlink == 0) throw WriteError(fmt::format("cannot go on: {} was removed while the run wrote to it", path_.string()));
 }
 
 JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t limit) : in_(path, std::ios::binary), limit_(limit) {

@@ -83,7 +83,7 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
 /// Rebuilds results.h5 if the journal has grown by half: the sum of all rebuilds is then a geometric series.
 void Recorder::Impl::grow() {
   if (journal->position() < built_at + built_at / 2) return;
-  journal->flush();
+  journal->sync();   // also tells a journal that was removed
   build_results(options.directory, nullptr, journal->position());
   write_pvd();
   built_at = journal->position();

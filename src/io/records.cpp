@@ -1,6 +1,8 @@
 #include "io/records.hpp"
 
+#include <array>
 #include <cstring>
+#include <stdexcept>
 
 #include "io/bytes.hpp"
 
@@ -23,6 +25,26 @@ void put_block(ByteWriter& w, const RunHeader::BlockInfo& b) {
   w.put(b.shape.face_vertices);
   w.put(b.shape.triangles);
   w.put(b.shape.triangle_face);
+  w.put(b.young);
+  w.put(b.poisson);
+}
+
+void check_indices(const std::vector<std::array<int, 3>>& triangles, std::size_t vertices) {
+  for (const auto& t : triangles)
+    for (const int v : t)
+      if (v < 0 || static_cast<std::size_t>(v) >= vertices) throw std::out_of_range("a triangle names a vertex that is not there");
+}
+
+/// A journal that is whole by its checksum may still be none of ours: whoever reads a shape goes by its indices.
+void check_shape(const Polyhedron& s) {
+  check_indices(s.triangles, s.vertices.size());
+  int before = 0;
+  for (const int at : s.face_offset) {
+    if (at < before || static_cast<std::size_t>(at) > s.face_vertices.size()) throw std::out_of_range("a face ends beyond the list of its vertices");
+    before = at;
+  }
+  for (const int v : s.face_vertices)
+    if (v < 0 || static_cast<std::size_t>(v) >= s.vertices.size()) throw std::out_of_range("a face names a vertex that is not there");
 }
 
 RunHeader::BlockInfo get_block(ByteReader& r) {
@@ -37,7 +59,58 @@ RunHeader::BlockInfo get_block(ByteReader& r) {
   r.get(b.shape.face_vertices);
   r.get(b.shape.triangles);
   r.get(b.shape.triangle_face);
+  r.get(b.young);
+  r.get(b.poisson);
+  check_shape(b.shape);
   return b;
+}
+
+void put_member(ByteWriter& w, const Member& m) {
+  w.put(m.name);
+  for (const Vec3& v : {m.base, m.axis_x, m.axis_y}) w.put(v);
+  w.put(m.length);
+  w.put(m.volume);
+  w.put(m.stations);
+  w.put(m.axial_preload);
+  w.put(m.shear_design);
+  w.put(m.shear_mean);
+}
+
+Member get_member(ByteReader& r) {
+  Member m;
+  r.get(m.name);
+  for (Vec3* v : {&m.base, &m.axis_x, &m.axis_y}) r.get(*v);
+  r.get(m.length);
+  r.get(m.volume);
+  r.get(m.stations);
+  r.get(m.axial_preload);
+  r.get(m.shear_design);
+  r.get(m.shear_mean);
+  return m;
+}
+
+void put_member_state(ByteWriter& w, const MemberState& m) {
+  w.put(m.axial);
+  w.put(m.shear);
+  w.put(m.moment);
+  w.put(m.drift);
+  w.put(m.crack_width);
+  w.put(m.lost_volume);
+  w.put(m.bars_yielded);
+  w.put(m.bars_broken);
+}
+
+MemberState get_member_state(ByteReader& r) {
+  MemberState m;
+  r.get(m.axial);
+  r.get(m.shear);
+  r.get(m.moment);
+  r.get(m.drift);
+  r.get(m.crack_width);
+  r.get(m.lost_volume);
+  r.get(m.bars_yielded);
+  r.get(m.bars_broken);
+  return m;
 }
 
 /// Groups of `width` doubles: a bit for each that differs from `before`, then those groups; `before` becomes `now`.
@@ -58,7 +131,7 @@ void put_changed(ByteWriter& w, std::vector<double>& before, const std::vector<d
 
 void get_changed(ByteReader& r, std::vector<double>& values, std::size_t width) {
   const auto n = r.take<std::uint64_t>();
-  if (n > (std::uint64_t{1} << 32)) throw std::out_of_range("count beyond the record");
+  if (n / 8 > r.left()) throw std::out_of_range("count beyond the record");
   std::string mask((n + 7) / 8, '\0');
   r.raw(mask.data(), mask.size());
   values.resize(n * width);
@@ -78,7 +151,8 @@ bool same_mesh(const Structure::Snapshot& a, const Structure::Snapshot& b) {
 bool same_values(const Structure::Snapshot& a, const Structure::Snapshot& b) {
   return same(a.displacement, b.displacement) && same(a.velocity, b.velocity) && same(a.damage_tension, b.damage_tension) &&
          same(a.damage_compression, b.damage_compression) && same(a.stress_von_mises, b.stress_von_mises) &&
-         same(a.bar_points, b.bar_points) && same(a.bar_strain, b.bar_strain);
+         same(a.crack_width, b.crack_width) && same(a.bar_points, b.bar_points) && same(a.bar_strain, b.bar_strain) && same(a.bar_stress, b.bar_stress) &&
+         same(a.bar_state, b.bar_state);
 }
 
 std::vector<double> flat(const std::vector<Pose>& poses) {
@@ -124,6 +198,11 @@ std::string encode_header(const RunHeader& h) {
     w.put(s.probes);
     w.put(s.probe_at);
     w.put(s.plan);
+    w.put(static_cast<std::uint64_t>(s.members.size()));
+    for (const Member& m : s.members) put_member(w, m);
+    w.put(s.young);
+    w.put(s.poisson);
+    w.put(s.f_cm);
   }
   w.put(h.materials);
   w.put(h.plan);
@@ -138,6 +217,7 @@ RunHeader decode_header(std::string_view bytes) {
   h.blocks = decode_blocks(r.take<std::string>());
   r.get(h.terrain.vertices);
   r.get(h.terrain.triangles);
+  check_indices(h.terrain.triangles, h.terrain.vertices.size());
   for (auto n = r.take<std::uint64_t>(); n > 0; --n) {
     Plane p;
     r.get(p.point);
@@ -150,6 +230,10 @@ RunHeader decode_header(std::string_view bytes) {
     r.get(s.probes);
     r.get(s.probe_at);
     r.get(s.plan);
+    for (auto k = r.take<std::uint64_t>(); k > 0; --k) s.members.push_back(get_member(r));
+    r.get(s.young);
+    r.get(s.poisson);
+    r.get(s.f_cm);
     h.structures.push_back(std::move(s));
   }
   r.get(h.materials);
@@ -218,6 +302,9 @@ std::string RecordCodec::encode(const HistoryRow& row) {
     w.put(s.probe_displacement);
     w.put(s.damage_max);
     w.put(s.damaged_volume);
+    w.put(s.spalled_volume);
+    w.put(static_cast<std::uint64_t>(s.members.size()));
+    for (const MemberState& m : s.members) put_member_state(w, m);
   }
   const LedgerRow& l = row.ledger;
   for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual}) w.put(v);
@@ -260,6 +347,8 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
     r.get(s.probe_displacement);
     r.get(s.damage_max);
     r.get(s.damaged_volume);
+    r.get(s.spalled_volume);
+    for (auto m = r.take<std::uint64_t>(); m > 0; --m) s.members.push_back(get_member_state(r));
     row.structures.push_back(std::move(s));
   }
   LedgerRow& l = row.ledger;
@@ -291,8 +380,11 @@ std::string RecordCodec::encode(const FieldRow& row) {
       w.put(s.damage_tension);
       w.put(s.damage_compression);
       w.put(s.stress_von_mises);
+      w.put(s.crack_width);
       w.put(s.bar_points);
       w.put(s.bar_strain);
+      w.put(s.bar_stress);
+      w.put(s.bar_state);
     }
   }
   field_ = row;
@@ -325,8 +417,11 @@ const FieldRow& RecordCodec::decode_field(std::string_view bytes) {
       r.get(s.damage_tension);
       r.get(s.damage_compression);
       r.get(s.stress_von_mises);
+      r.get(s.crack_width);
       r.get(s.bar_points);
       r.get(s.bar_strain);
+      r.get(s.bar_stress);
+      r.get(s.bar_state);
     }
   }
   return field_;

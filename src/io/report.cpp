@@ -51,6 +51,13 @@ std::vector<double> column(const Array<double>& a, std::size_t stride, std::size
   return v;
 }
 
+/// results.h5 may come from anywhere: what is used as an index is checked first.
+template <class T>
+void check_indices(const std::vector<T>& values, std::size_t limit, const char* what) {
+  for (const T v : values)
+    if (v < 0 || static_cast<std::size_t>(v) >= limit) throw bad_file("results.h5", what, fmt::format("index {} of {}", v, limit), "use results that Talus wrote");
+}
+
 class Report {
  public:
   explicit Report(const fs::path& directory)
@@ -159,13 +166,14 @@ class Report {
         const auto h = file_.read<std::int32_t>(path(0, "hexes"));
         const Skin k = skin(h.values);
         bytes = k.quads.size() * 6 + k.quads.size() * 3;
+        if (file_.exists(path(0, "bar_points"))) bytes += file_.dims(path(0, "bar_points"))[0] * 6 + file_.dims(path(0, "bars"))[0] * 2;
       }
       const std::size_t budget = std::clamp<std::size_t>(structure_budget / names.size() / std::max<std::size_t>(1, bytes), 2, 800);
-      float stress_max = 0, displacement_max = 0;
+      float stress_max = 0, displacement_max = 0, crack_max = 0;
       struct Kept {
         std::vector<std::int16_t> displacement;
         std::vector<std::uint8_t> damage;
-        std::vector<std::uint16_t> stress;
+        std::vector<std::uint16_t> stress, crack;
         bool operator==(const Kept&) const = default;
       } before;
       const std::vector<std::size_t> picked = time.empty() ? std::vector<std::size_t>{} : pick_frames(time, budget, windows_);
@@ -174,6 +182,9 @@ class Report {
         if (file_.exists(path(k, "stress_von_mises")))
           for (const float v : file_.read<float>(path(k, "stress_von_mises")).values)
             if (std::isfinite(v)) stress_max = std::max(stress_max, v);
+        if (file_.exists(path(k, "crack_width")))
+          for (const float v : file_.read<float>(path(k, "crack_width")).values)
+            if (std::isfinite(v)) crack_max = std::max(crack_max, v);
         if (file_.exists(path(k, "displacement")))
           for (const float v : file_.read<float>(path(k, "displacement")).values)
             if (std::isfinite(v)) displacement_max = std::max(displacement_max, std::abs(v));
@@ -184,6 +195,7 @@ class Report {
         const auto h = file_.read<std::int32_t>(path(k, "hexes"));
         if (epochs.empty() || h.values != hexes) {
           hexes = h.values;
+          check_indices(hexes, file_.dims(path(k, "nodes"))[0], "hexes");
           outer = skin(hexes);
           used.clear();
           std::map<int, int> local;
@@ -206,6 +218,7 @@ class Report {
         Kept now;
         if (file_.exists(path(k, "displacement"))) {
           const auto d = file_.read<float>(path(k, "displacement"));
+          check_indices(used, d.rows(), "displacement");
           for (const int node : used)
             for (std::size_t c = 0; c < 3; ++c) {
               const float v = d.values[3 * static_cast<std::size_t>(node) + c];
@@ -216,25 +229,31 @@ class Report {
         if (tension) {
           const auto dt = file_.read<float>(path(k, "damage_tension"));
           const auto dc = file_.exists(path(k, "damage_compression")) ? file_.read<float>(path(k, "damage_compression")) : Array<float>{};
+          check_indices(outer.cell, dc.values.empty() ? dt.values.size() : std::min(dt.values.size(), dc.values.size()), "damage");
           for (const int c : outer.cell) {
             float v = dt.values[static_cast<std::size_t>(c)];
             if (!dc.values.empty()) v = std::max(v, dc.values[static_cast<std::size_t>(c)]);
             now.damage.push_back(static_cast<std::uint8_t>(std::lround(255 * std::clamp(v, 0.0F, 1.0F))));
           }
         }
-        if (file_.exists(path(k, "stress_von_mises"))) {
-          const auto v = file_.read<float>(path(k, "stress_von_mises"));
+        const auto scaled = [&](const char* name, float top, std::vector<std::uint16_t>& out) {
+          if (!file_.exists(path(k, name))) return;
+          const auto v = file_.read<float>(path(k, name));
+          check_indices(outer.cell, v.values.size(), name);
           for (const int c : outer.cell) {
             const float x = v.values[static_cast<std::size_t>(c)];
-            now.stress.push_back(stress_max > 0 && std::isfinite(x) ? static_cast<std::uint16_t>(std::lround(65535.0 * x / stress_max)) : std::uint16_t{0});
+            out.push_back(top > 0 && std::isfinite(x) ? static_cast<std::uint16_t>(std::lround(65535.0 * x / top)) : std::uint16_t{0});
           }
-        }
+        };
+        scaled("stress_von_mises", stress_max, now.stress);
+        if (crack_max > 0) scaled("crack_width", crack_max, now.crack);
         if (stored < 0 || !(now == before) || frames.back()["epoch"] != epochs.size() - 1) {
           ++stored;
           const std::string key = fmt::format("structure_{}_frame_{}", s, stored);
           blob_.add(key + "_displacement", now.displacement, {now.displacement.size()});
           blob_.add(key + "_damage", now.damage, {now.damage.size()});
           blob_.add(key + "_stress", now.stress, {now.stress.size()});
+          if (!now.crack.empty()) blob_.add(key + "_crack", now.crack, {now.crack.size()});
           before = std::move(now);
         }
         frames.push_back({{"time", time[k]}, {"epoch", epochs.size() - 1}, {"data", fmt::format("structure_{}_frame_{}", s, stored)}});
@@ -243,9 +262,45 @@ class Report {
       item["frames"] = frames;
       item["displacement_max"] = displacement_max;
       item["stress_max"] = stress_max;
+      item["crack_max"] = crack_max;
+      if (!picked.empty() && file_.exists(path(picked[0], "bar_strain"))) item["bars"] = bars(fmt::format("structure_{}_bars", s), path, picked, time, displacement_max);
       list.push_back(item);
     }
     meta_["structures"] = list;
+  }
+
+  /// Reinforcement: segments and places at the first frame, then displacement since and size of the strain.
+  template <class Path>
+  json bars(const std::string& key, const Path& path, const std::vector<std::size_t>& picked, const std::vector<double>& time, float displacement_max) {
+    const auto segments = file_.read<std::int32_t>(path(picked[0], "bars"));
+    const auto first = file_.read<float>(path(picked[0], "bar_points"));
+    std::vector<Vec3> at(first.rows());
+    for (std::size_t i = 0; i < at.size(); ++i) at[i] = Vec3(first.values[3 * i], first.values[3 * i + 1], first.values[3 * i + 2]);
+    check_indices(segments.values, at.size(), "bars");
+    blob_.add(key + "_segments", std::vector<std::uint32_t>(segments.values.begin(), segments.values.end()), {segments.rows(), 2});
+    pending_.push_back({key + "_nodes", std::move(at)});
+    float strain_max = 0;
+    for (const std::size_t k : picked)
+      for (const float e : file_.read<float>(path(k, "bar_strain")).values)
+        if (std::isfinite(e)) strain_max = std::max(strain_max, std::abs(e));
+    // Bars follow the cells, so that their displacement keeps to the cells' own scale, twice over since it counts from the first frame.
+    const float unit = 2 * displacement_max / 32767;
+    json frames = json::array();
+    for (const std::size_t k : picked) {
+      const auto points = file_.read<float>(path(k, "bar_points"));
+      if (points.values.size() != first.values.size()) break;
+      std::vector<std::int16_t> moved;
+      for (std::size_t i = 0; i < points.values.size(); ++i)
+        moved.push_back(unit > 0 ? static_cast<std::int16_t>(std::lround(std::clamp((points.values[i] - first.values[i]) / unit, -32767.0F, 32767.0F))) : std::int16_t{0});
+      std::vector<std::uint16_t> strain;
+      for (const float e : file_.read<float>(path(k, "bar_strain")).values)
+        strain.push_back(strain_max > 0 && std::isfinite(e) ? static_cast<std::uint16_t>(std::lround(65535.0F * std::abs(e) / strain_max)) : std::uint16_t{0});
+      const std::string data = fmt::format("{}_{}", key, frames.size());
+      blob_.add(data + "_displacement", moved, {moved.size()});
+      blob_.add(data + "_strain", strain, {strain.size()});
+      frames.push_back({{"time", time[k]}, {"data", data}});
+    }
+    return {{"key", key}, {"unit", unit}, {"strain_max", strain_max}, {"frames", frames}};
   }
 
   /// Terrain, planes, the local origin, and everything that is stored relative to it.
@@ -254,6 +309,7 @@ class Report {
     if (file_.exists("/geometry/terrain/vertices")) {
       mesh.vertices = points(file_.read<double>("/geometry/terrain/vertices"));
       const auto t = file_.read<std::int32_t>("/geometry/terrain/triangles");
+      check_indices(t.values, mesh.vertices.size(), "terrain triangles");
       for (std::size_t i = 0; i < t.rows(); ++i) mesh.triangles.push_back({t.values[3 * i], t.values[3 * i + 1], t.values[3 * i + 2]});
     }
     if (region_.isEmpty())
@@ -417,11 +473,35 @@ class Report {
       for (std::size_t k = 0; k < probes.size(); ++k)
         curves(fmt::format("{}_probe_{}", key, k), fmt::format("{}: displacement of {}", names[s], probes[k]), "m", time_,
                {{"x", column(probe, 3 * probes.size(), 3 * k)}, {"y", column(probe, 3 * probes.size(), 3 * k + 1)}, {"z", column(probe, 3 * probes.size(), 3 * k + 2)}}, 5000, extra);
+      member_histories(p + "members/", names[s], key, extra);
       const std::vector<double> damage = file_.read<double>(p + "damage_max").values, volume = file_.read<double>(p + "damaged_volume").values;
       if (!damage.empty() && *std::max_element(damage.begin(), damage.end()) > 0) {
         curves(key + "_damage", names[s] + ": greatest damage", "1", time_, {{"damage", damage}}, 3000, extra);
         curves(key + "_volume", names[s] + ": volume with damage above one half", "m^3", time_, {{"volume", volume}}, 3000, extra);
       }
+    }
+  }
+
+  /// Shear and moment of each member: the resultant at base, mid-height and top.
+  void member_histories(const std::string& p, const std::string& structure, const std::string& key, const json& extra) {
+    if (!file_.exists(p + "name")) return;
+    const std::vector<std::string> names = file_.read_texts(p + "name");
+    const auto shear = file_.read<double>(p + "shear"), moment = file_.read<double>(p + "moment");
+    const std::size_t stations = shear.dims[2], width = names.size() * stations * 2;
+    const auto resultant = [&](const Array<double>& a, std::size_t member, std::size_t station) {
+      const std::size_t at = 2 * (member * stations + station);
+      std::vector<double> x = column(a, width, at);
+      const std::vector<double> y = column(a, width, at + 1);
+      for (std::size_t k = 0; k < x.size(); ++k) x[k] = std::hypot(x[k], y[k]);
+      return x;
+    };
+    for (std::size_t m = 0; m < names.size(); ++m) {
+      const auto plot = [&](const Array<double>& a, const char* what, const char* title, const char* unit) {
+        curves(fmt::format("{}_member_{}_{}", key, m, what), fmt::format("{}, {}: {}", structure, names[m], title), unit, time_,
+               {{"base", resultant(a, m, 0)}, {"mid-height", resultant(a, m, stations / 2)}, {"top", resultant(a, m, stations - 1)}}, 3000, extra);
+      };
+      plot(shear, "shear", "shear force", "N");
+      plot(moment, "moment", "bending moment", "N m");
     }
   }
 
@@ -434,9 +514,14 @@ class Report {
     const auto force = file_.read<double>(g + "force");
     const auto block = file_.read<std::int64_t>(g + "block").values, structure = file_.read<std::int64_t>(g + "structure").values;
     const std::vector<std::string> structures = file_.read_texts("/geometry/structures/name");
-    // The strongest impacts; the table lists them all.
-    std::vector<std::size_t> order(list.size());
-    for (std::size_t i = 0; i < order.size(); ++i) order[i] = i;
+    check_indices(block, names_.size(), "block of a contact");
+    check_indices(structure, structures.size(), "structure of a contact");
+    // The strongest impacts; the table lists them all, those of less than a hundredth of the greatest energy too.
+    double most = 0;
+    for (const json& m : list) most = std::max(most, m.value("kinetic", 0.0));
+    std::vector<std::size_t> order;
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (list[i].value("kinetic", 0.0) >= 0.01 * most) order.push_back(i);
     std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return list[a].value("peak_force", 0.0) > list[b].value("peak_force", 0.0); });
     if (order.size() > 12) order.resize(12);
     std::sort(order.begin(), order.end());

@@ -87,6 +87,17 @@ class HistoryWriter {
       make(p + "probe_displacement", {nt, s.probes.size(), 3}, "m", "displacement of the probes in the order of probe_name");
       make(p + "damage_max", {nt}, "1", "greatest damage of any cell");
       make(p + "damaged_volume", {nt}, "m^3", "volume with damage above one half");
+      make(p + "spalled_volume", {nt}, "m^3", "volume eroded or come off as fragments");
+      const std::size_t nm = s.members.size(), ns = nm > 0 ? s.members[0].stations.size() : 0;
+      if (nm == 0) continue;
+      make(p + "members/axial", {nt, nm, ns}, "N", "axial force at the stations, compression positive");
+      make(p + "members/shear", {nt, nm, ns, 2}, "N", "shear force along axis_x and axis_y, of the part above on the part below");
+      make(p + "members/moment", {nt, nm, ns, 2}, "N m", "bending moment about axis_x and axis_y, of the part above on the part below");
+      make(p + "members/drift", {nt, nm, 2}, "m", "displacement of the top against the base along axis_x and axis_y");
+      make(p + "members/crack_width", {nt, nm}, "m", "widest crack");
+      make(p + "members/lost_volume", {nt, nm}, "m^3", "volume eroded or come off");
+      make(p + "members/bars_yielded", {nt, nm}, "1", "number of bars that have yielded");
+      make(p + "members/bars_broken", {nt, nm}, "1", "number of broken bars");
     }
     const std::string l = "/ledger/";
     make(l + "kinetic", {nt}, "J", "kinetic energy of blocks and structures");
@@ -130,7 +141,7 @@ class HistoryWriter {
     per_block(r.kinetic_translational, 1);
     per_block(r.kinetic_rotational, 1);
     for (std::size_t i = 0; i < header_.structures.size(); ++i) {
-      const HistoryRow::StructureRow empty{Vec3::Constant(nan), Vec3::Constant(nan), {}, nan, nan};
+      const HistoryRow::StructureRow empty{Vec3::Constant(nan), Vec3::Constant(nan), {}, nan, nan, nan, {}};
       const auto& s = i < r.structures.size() ? r.structures[i] : empty;
       next().add(s.base_force);
       next().add(s.base_moment);
@@ -139,6 +150,27 @@ class HistoryWriter {
         probes.add(p < s.probe_displacement.size() ? s.probe_displacement[p] : Vec3::Constant(nan));
       next().add(s.damage_max);
       next().add(s.damaged_volume);
+      next().add(s.spalled_volume);
+      const std::vector<Member>& members = header_.structures[i].members;
+      if (members.empty()) continue;
+      const MemberState gone{};
+      const auto per_member = [&](auto&& values) {
+        Column& c = next();
+        for (std::size_t m = 0; m < members.size(); ++m) values(c, m < s.members.size() ? s.members[m] : gone);
+      };
+      const std::size_t ns = members[0].stations.size();
+      const auto per_station = [&](Column& c, const auto& values, std::size_t width) {
+        for (std::size_t k = 0; k < ns; ++k)
+          for (std::size_t x = 0; x < width; ++x) c.add(k < values.size() ? reinterpret_cast<const double*>(&values[k])[x] : nan);
+      };
+      per_member([&](Column& c, const MemberState& m) { per_station(c, m.axial, 1); });
+      per_member([&](Column& c, const MemberState& m) { per_station(c, m.shear, 2); });
+      per_member([&](Column& c, const MemberState& m) { per_station(c, m.moment, 2); });
+      per_member([&](Column& c, const MemberState& m) { c.add(m.drift.data(), 2); });
+      per_member([&](Column& c, const MemberState& m) { c.add(m.crack_width); });
+      per_member([&](Column& c, const MemberState& m) { c.add(m.lost_volume); });
+      per_member([&](Column& c, const MemberState& m) { c.add(static_cast<double>(m.bars_yielded)); });
+      per_member([&](Column& c, const MemberState& m) { c.add(static_cast<double>(m.bars_broken)); });
     }
     const sim::LedgerRow& l = r.ledger;
     for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual})
@@ -290,6 +322,20 @@ void write_geometry(Hdf5File& file, const RunHeader& h) {
     structures.push_back(s.name);
     const std::string p = "/history/structures/" + safe_name(s.name) + "/";
     file.write(p + "probe_name", s.probes, "names of the probes");
+    if (!s.members.empty()) {
+      std::vector<std::string> names;
+      std::vector<double> stations, frame, shear;
+      for (const Member& m : s.members) {
+        names.push_back(m.name);
+        stations.insert(stations.end(), m.stations.begin(), m.stations.end());
+        for (const Vec3* v : {&m.base, &m.axis_x, &m.axis_y}) frame.insert(frame.end(), v->data(), v->data() + 3);
+        for (const auto& r : {m.shear_design, m.shear_mean}) shear.insert(shear.end(), r.begin(), r.end());
+      }
+      file.write(p + "members/name", names, "names of the members");
+      file.write<double>(p + "members/station", stations, {names.size(), s.members[0].stations.size()}, "m", "distance of the sections from the base");
+      file.write<double>(p + "members/frame", frame, {names.size(), 3, 3}, "m, 1, 1", "rows: centre of the base, axis_x, axis_y; the member runs along axis_x x axis_y");
+      file.write<double>(p + "members/shear_resistance", shear, {names.size(), 2, 2}, "N", "EN 1992-1-1 6.2: rows design (accidental), mean strengths; columns along axis_x, axis_y");
+    }
     file.write<double>(p + "probe_position", flat(s.probe_at), {s.probe_at.size(), 3}, "m", "position of the probes at t = 0");
   }
   file.write("/geometry/structures/name", structures, "names of the structures in the order of the scene");
@@ -383,12 +429,17 @@ class FieldWriter {
     part.damage_tension = cell("damage_tension", s.damage_tension, "1");
     part.damage_compression = cell("damage_compression", s.damage_compression, "1");
     part.stress = cell("stress_von_mises", s.stress_von_mises, "Pa");
+    part.crack_width = cell("crack_width", s.crack_width, "m");
     if (!s.bars.empty()) {
       put(g, "bars", flat(s.bars), {s.bars.size(), 2}, "1", "reinforcement: rows of bar_points");
       const std::vector<double> p = flat(s.bar_points);
       put(g, "bar_points", std::vector<float>(p.begin(), p.end()), {s.bar_points.size(), 3}, "m", "scene coordinates");
       if (s.bar_strain.size() == s.bars.size())
         put(g, "bar_strain", std::vector<float>(s.bar_strain.begin(), s.bar_strain.end()), {s.bars.size()}, "1", "axial strain");
+      if (s.bar_stress.size() == s.bars.size())
+        put(g, "bar_stress", std::vector<float>(s.bar_stress.begin(), s.bar_stress.end()), {s.bars.size()}, "Pa", "axial stress");
+      if (s.bar_state.size() == s.bars.size())
+        put(g, "bar_state", std::vector<float>(s.bar_state.begin(), s.bar_state.end()), {s.bars.size()}, "1", "0 elastic, 1 has yielded, 2 broken");
     }
     frame.structures.push_back(std::move(part));
   }
@@ -405,15 +456,17 @@ class FieldWriter {
 
 }  // namespace
 
-BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit) {
+namespace {
+
+BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit) {
   const std::filesystem::path journal = directory / "journal.bin";
   Count c = count(journal, limit);
   if (outcome == nullptr && c.outcome) outcome = &*c.outcome;
-  const std::filesystem::path target = directory / "results.h5", part = directory / "results.h5.part";
+  PartFile part(directory / "results.h5");
   BuiltResults built{.summary_json = {}, .rows = c.rows, .contacts = c.contacts, .fields = c.fields};
   std::vector<XdmfFrame> frames;
   {
-    Hdf5File file = Hdf5File::create(part);
+    Hdf5File file = Hdf5File::create(part.path());
     file.attribute("/", "program", std::string("talus"));
     file.attribute("/", "schema", std::int64_t{1});
     file.attribute("/", "title", c.header.title);
@@ -461,17 +514,26 @@ BuiltResults build_results(const std::filesystem::path& directory, const Outcome
     file.close();
     frames = fields.frames();
   }
-  swap_in(part, target);
+  part.swap_in();
   const XdmfTerrain terrain{c.header.terrain.vertices.size(), c.header.terrain.triangles.size()};
   write_file(directory / "results.xdmf", xdmf_text(frames, terrain));
   return built;
+}
+
+}  // namespace
+
+BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit) {
+  try {
+    return build(directory, outcome, limit);
+  } catch (const std::out_of_range& e) {  // whole by its checksum, and yet no record of ours
+    throw bad_file(directory / "journal.bin", {}, fmt::format("holds a record that cannot be read: {}", e.what()), "run the scene again");
+  }
 }
 
 std::string encode_outcome(const Outcome& o) {
   ByteWriter w;
   w.put(o.status);
   w.put(o.message);
-  w.put(o.extra_json);
   w.put(o.audit_made);
   w.put(o.counters);
   for (const double v : {o.audit.worst_force_imbalance, o.audit.worst_moment_imbalance, o.audit.impulse_defect, o.audit.work_on_blocks, o.audit.work_on_structure}) w.put(v);
@@ -484,7 +546,6 @@ Outcome decode_outcome(std::string_view bytes) {
   Outcome o;
   r.get(o.status);
   r.get(o.message);
-  r.get(o.extra_json);
   r.get(o.audit_made);
   r.get(o.counters);
   for (double* v : {&o.audit.worst_force_imbalance, &o.audit.worst_moment_imbalance, &o.audit.impulse_defect, &o.audit.work_on_blocks, &o.audit.work_on_structure}) r.get(*v);

@@ -1,10 +1,13 @@
 #include "io/summary.hpp"
 
+#include "io/design_checks.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace talus::io {
 namespace {
@@ -41,7 +44,10 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header) {
   header_.materials = header.materials;
   header_.plan = header.plan;
   structures_.resize(header.structures.size());
-  for (std::size_t i = 0; i < structures_.size(); ++i) structures_[i].probes.resize(header.structures[i].probes.size());
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    structures_[i].probes.resize(header.structures[i].probes.size());
+    for (const Member& m : header.structures[i].members) structures_[i].members.emplace_back(m);
+  }
   open_of_.resize(structures_.size());
   extend(header.blocks);
 }
@@ -89,6 +95,8 @@ void SummaryBuilder::add(const HistoryRow& row) {
     if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
     s.damage = std::max(s.damage, r.damage_max);
     s.damaged_volume = std::max(s.damaged_volume, r.damaged_volume);
+    s.spalled_volume = std::max(s.spalled_volume, r.spalled_volume);
+    for (std::size_t k = 0; k < r.members.size() && k < s.members.size(); ++k) s.members[k].add(row.time, r.members[k]);
     for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
       const double d = r.probe_displacement[k].norm();
       if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
@@ -145,6 +153,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
     impact.end = c.time;
     impact.impulse += c.force * c.dt;
     const double w = size * c.dt;
+    impact.normal += w * c.normal;
     open.weight += w;
     if (open.weight > 0) impact.point += (c.point - impact.point) * (w / open.weight);
     StructureTrack& s = structures_[is];
@@ -190,9 +199,11 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
     int count = 0;
     for (const Impact& m : impacts_) {
       if (m.structure != static_cast<int>(i)) continue;
-      ++count;
+      if (!header_.blocks[static_cast<std::size_t>(m.block)].fragment) ++count;
       if (first == nullptr) first = &m;
-      if (worst == nullptr || m.peak_force > worst->peak_force) worst = &m;
+      // A part that breaks off presses on what it broke from: no blow to head the page with.
+      const auto rank = [&](const Impact& x) { return std::pair(!header_.blocks[static_cast<std::size_t>(x.block)].fragment, x.peak_force); };
+      if (worst == nullptr || rank(m) > rank(*worst)) worst = &m;
     }
     if (first == nullptr) {
       headline.push_back(fmt::format("{} was not hit.", name));
@@ -242,6 +253,8 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
   }
   j["impacts"] = impacts;
 
+  j["formulas"] = design_checks(header_, impacts_);
+
   json structures = json::array();
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     const StructureTrack& s = structures_[i];
@@ -253,6 +266,8 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
                         {"peak_displacement", s.probes[k].peak},
                         {"peak_time", s.probes[k].peak_time},
                         {"final_displacement", vec(s.probes[k].last)}});
+    json members = json::array();
+    for (const MemberTrack& m : s.members) members.push_back(m.summary());
     structures.push_back({{"name", info.name},
                           {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
                           {"impulse", vec(s.impulse)},
@@ -266,6 +281,8 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
                           {"preload_moment", vec(s.first_moment)},
                           {"damage_max", s.damage},
                           {"damaged_volume", s.damaged_volume},
+                          {"spalled_volume", s.spalled_volume},
+                          {"members", members},
                           {"probes", probes}});
   }
   j["structures"] = structures;
@@ -362,10 +379,6 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
   }
   j["plan"] = plan;
 
-  if (outcome != nullptr && !outcome->extra_json.empty()) {
-    const json extra = json::parse(outcome->extra_json);
-    for (const auto& [key, value] : extra.items()) j[key] = value;
-  }
   return j.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
 }
 

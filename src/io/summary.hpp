@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/member_track.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::io {
@@ -20,7 +21,6 @@ struct Outcome {
   sim::RunCounters counters;
   sim::InterfaceAudit audit;
   bool audit_made = false;      // false: no coupled step was made, the audit is left out
-  std::string extra_json;       // an object whose keys are added to the summary (design formulas, thresholds); may be empty
 };
 
 inline constexpr double impact_gap = 0.02;  // [s]
@@ -32,6 +32,7 @@ struct Impact {
   Vec3 spin = Vec3::Zero();              // [rad/s]
   double kinetic = 0;                    // of the block then [J]
   Vec3 point = Vec3::Zero();             // centre of the contact forces, weighted by |F| dt [m]
+  Vec3 normal = Vec3::Zero();            // of the contacts, weighted by |F| dt [N s]
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
   double peak_force = 0, peak_time = 0;  // [N], [s]
 };
@@ -55,11 +56,12 @@ class SummaryBuilder {
   };
   struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
   struct StructureTrack {
-    double peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0;
+    double peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0, spalled_volume = 0;
     double peak_force = 0, peak_force_time = 0;
     Vec3 first_force = Vec3::Zero(), first_moment = Vec3::Zero(), impulse = Vec3::Zero();
     bool seen = false;
     std::vector<ProbeTrack> probes;
+    std::vector<MemberTrack> members;
     double step_time = -1;       // of the coupled step being summed
     Vec3 step_force = Vec3::Zero();
   };

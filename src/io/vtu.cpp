@@ -124,6 +124,7 @@ void write_structure_vtu(const std::filesystem::path& path, const Structure::Sna
   cell("damage_tension", s.damage_tension);
   cell("damage_compression", s.damage_compression);
   cell("stress_von_mises", s.stress_von_mises);
+  cell("crack_width", s.crack_width);
   file.save(path, s.nodes.size(), s.hexes.size(), point_data, cell_data, points, cells);
 }
 
@@ -132,7 +133,12 @@ void write_bars_vtu(const std::filesystem::path& path, const Structure::Snapshot
   const std::string points = file.array("Points", flat<double>(s.bar_points), 3);
   const std::string cells = uniform_cells(file, s.bars, vtk_line);
   std::string data;
-  if (s.bar_strain.size() == s.bars.size()) data = file.array("strain", narrow(s.bar_strain));
+  const auto segment = [&](const char* name, const std::vector<double>& v) {
+    if (v.size() == s.bars.size()) data += file.array(name, narrow(v));
+  };
+  segment("strain", s.bar_strain);
+  segment("stress", s.bar_stress);
+  segment("state", s.bar_state);
   file.save(path, s.bar_points.size(), s.bars.size(), {}, data, points, cells);
 }
 

@@ -56,6 +56,7 @@ std::string xdmf_text(const std::vector<XdmfFrame>& frames, const XdmfTerrain& t
       if (p.damage_tension) data += attribute("damage_tension", "Scalar", "Cell", item(e1, "Float", 4, base + "/damage_tension"));
       if (p.damage_compression) data += attribute("damage_compression", "Scalar", "Cell", item(e1, "Float", 4, base + "/damage_compression"));
       if (p.stress) data += attribute("stress_von_mises", "Scalar", "Cell", item(e1, "Float", 4, base + "/stress_von_mises"));
+      if (p.crack_width) data += attribute("crack_width", "Scalar", "Cell", item(e1, "Float", 4, base + "/crack_width"));
       parts[p.name] += fmt::format("      <Grid Name=\"{}\" GridType=\"Uniform\">\n        <Time Value=\"{}\"/>\n"
                                    "        <Topology TopologyType=\"Hexahedron\" NumberOfElements=\"{}\">{}</Topology>\n"
                                    "        <Geometry GeometryType=\"XYZ\">{}</Geometry>\n{}      </Grid>\n",

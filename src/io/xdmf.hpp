@@ -13,7 +13,7 @@ struct XdmfFrame {
   struct Part {
     std::string name;                       // as in the file
     std::size_t nodes = 0, hexes = 0;
-    bool displacement = false, velocity = false, damage_tension = false, damage_compression = false, stress = false;
+    bool displacement = false, velocity = false, damage_tension = false, damage_compression = false, stress = false, crack_width = false;
   };
   std::vector<Part> structures;
 };

@@ -289,12 +289,8 @@ class Builder {
       coupling::StructurePart part;
       part.material = spec.material;
       part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
-      if (terrain_ && spec.kind == "viaduct") {
-        for (Vec3& base : spec.pier_bases) {
-          const double z = env_.terrain->height(base.x(), base.y());
-          if (std::isfinite(z)) base.z() = z;
-        }
-      }
+      // The index lives as long as the world does, this builder does not.
+      if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
       try {
         part.structure = load_structure(spec, model_.gravity, world_->report);
       } catch (const InputError& e) {
@@ -305,7 +301,7 @@ class Builder {
         }
         continue;
       }
-      part.index = std::make_unique<contact::SurfaceIndex>(part.structure->surface());
+      part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
       env_.structures.push_back(std::move(part));
     }
   }
@@ -366,8 +362,10 @@ class Builder {
     const scene::Scene& s = world_->scene;
     h.title = s.title;
     h.duration = s.simulation.duration;
-    for (const dda::Model::Block& b : world_->system->model().blocks)
-      h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape});
+    for (const dda::Model::Block& b : world_->system->model().blocks) {
+      const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];
+      h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0});
+    }
     if (terrain_) h.terrain = terrain_->surface;
     h.planes = s.planes;
     for (std::size_t i = 0; i < s.structures.size(); ++i) {
@@ -377,7 +375,12 @@ class Builder {
         info.probes.push_back(p.name);
         info.probe_at.push_back(p.at);
       }
-      info.plan = world_->system->environment().structures[i].structure->plan();
+      const coupling::StructurePart& part = world_->system->environment().structures[i];
+      info.plan = part.structure->plan();
+      if (!part.fixed_surface) info.members = part.structure->members();
+      info.young = s.structures[i].young;
+      info.poisson = s.structures[i].poisson;
+      info.f_cm = s.structures[i].f_cm;
       h.structures.push_back(std::move(info));
     }
     for (const scene::Material& m : s.materials) h.materials.push_back(m.name);

@@ -23,11 +23,47 @@ class Writer {
   std::vector<double>& out_;
 };
 
+[[noreturn]] void refuse(std::string value, std::string rule) {
+  Problem problem;
+  problem.key = "checkpoint";
+  problem.value = std::move(value);
+  problem.rule = std::move(rule);
+  problem.remedy = "run from the start, without --resume";
+  throw InputError(problem);
+}
+
+template <typename T>
+const std::vector<T>& array(const std::map<std::string, std::vector<T>>& arrays, const std::string& key) {
+  const auto found = arrays.find(key);
+  if (found == arrays.end()) refuse(key, "the array is missing");
+  return found->second;
+}
+
+/// Whole numbers of an array, one after the other.
+class Counts {
+ public:
+  explicit Counts(const std::vector<std::int64_t>& in) : in_(in) {}
+  std::int64_t next() {
+    if (at_ >= in_.size()) refuse("", "an array is shorter than it must be");
+    return in_[at_++];
+  }
+  /// In 0 .. limit - 1: what counts or names elements of something.
+  std::int64_t below(std::int64_t limit) {
+    const std::int64_t n = next();
+    if (n < 0 || n >= limit) refuse(std::to_string(n), fmt::format("must lie in 0..{}", limit - 1));
+    return n;
+  }
+
+ private:
+  const std::vector<std::int64_t>& in_;
+  std::size_t at_ = 0;
+};
+
 class Reader {
  public:
   explicit Reader(const std::vector<double>& in) : in_(in) {}
   double next() {
-    if (at_ >= in_.size()) throw InputError(Problem{.key = "checkpoint", .rule = "an array is shorter than it must be", .remedy = "use an older checkpoint, or run from the start"});
+    if (at_ >= in_.size()) refuse("", "an array is shorter than it must be");
     return in_[at_++];
   }
   void operator()(double& x) { x = next(); }
@@ -46,6 +82,18 @@ class Reader {
 template <typename F>
 void each_ledger(coupling::Ledger& l, F&& f) {
   f(l.friction_work); f(l.damping_work); f(l.algorithmic); f(l.contact); f(l.structure_contact_work); f(l.blocks_contact_work);
+}
+
+/// Every sum of the run, in one order for both directions.
+template <typename Count, typename Number>
+void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
+  coupling::Counters& c = sums.counters;
+  for (long* n : {&c.steps, &c.rejected, &c.contacts, &c.newton, &c.sweeps, &c.outer, &c.impacts, &c.projections, &c.tier_a, &c.tier_b, &c.tier_c, &c.tier_d,
+                  &c.tier_e, &c.flights, &c.structure_steps, &sums.asleep_skipped, &sums.structure_asleep})
+    count(*n);
+  coupling::AuditSums& a = sums.audit;
+  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure}) number(*x);
+  for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }
 
 }  // namespace
@@ -79,10 +127,18 @@ Checkpoint Simulation::save() const {
   general(s.time);
   each_ledger(s.ledger, [&](double x) { general(x); });
   general(w.energy_start); general(w.energy_peak);
+  Writer sums(c.numbers["sums"]);
+  each_sum(w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
-  for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q)
-    if (!w.system->environment().structures[q].fixed_surface)
-      w.system->environment().structures[q].structure->save(c.numbers[fmt::format("structure{}", q)]);
+  for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q) {
+    const coupling::StructurePart& part = w.system->environment().structures[q];
+    if (part.fixed_surface) continue;
+    part.structure->save(c.numbers[fmt::format("structure{}", q)]);
+    // An index that lags behind its skin decides what is near until something comes near: it is history.
+    Writer index(c.numbers[fmt::format("index{}", q)]);
+    if (part.lagging_index)
+      for (const Vec3& x : part.index->surface().vertices) index(x);
+  }
   // Fragments: their shapes and mass properties are history, too.
   const dda::Model& model = w.system->model();
   Writer shape(c.numbers["fragments"]);
@@ -110,60 +166,51 @@ Checkpoint Simulation::save() const {
 
 void Simulation::restore(const Checkpoint& c) {
   World& w = *world_;
-  const auto numbers = [&](const std::string& key) -> const std::vector<double>& {
-    const auto found = c.numbers.find(key);
-    if (found == c.numbers.end())
-      throw InputError(Problem{.key = "checkpoint", .value = key, .rule = "the array is missing", .remedy = "use an older checkpoint, or run from the start"});
-    return found->second;
-  };
-  const auto integers = [&](const std::string& key) -> const std::vector<std::int64_t>& {
-    const auto found = c.integers.find(key);
-    if (found == c.integers.end())
-      throw InputError(Problem{.key = "checkpoint", .value = key, .rule = "the array is missing", .remedy = "use an older checkpoint, or run from the start"});
-    return found->second;
-  };
+  const auto numbers = [&](const std::string& key) -> const std::vector<double>& { return array(c.numbers, key); };
+  const auto integers = [&](const std::string& key) -> const std::vector<std::int64_t>& { return array(c.integers, key); };
   // Fragments first: they are blocks of the state.
-  const auto& counts = integers("fragments");
+  Counts counts(integers("fragments"));
   Reader shape(numbers("fragments"));
-  std::size_t at = 0;
   for (const std::string& name : c.fragment_names) {
-    const std::int64_t vertices = counts.at(at), triangles = counts.at(at + 1);
+    const std::int64_t vertices = counts.below(static_cast<std::int64_t>(numbers("fragments").size()));
+    const std::int64_t triangles = counts.below(static_cast<std::int64_t>(integers("fragments").size()));
     dda::Model::Block b;
     b.name = name;
-    b.material = static_cast<int>(counts.at(at + 2));
-    b.structure = static_cast<int>(counts.at(at + 3));
-    at += 4;
+    b.material = static_cast<int>(counts.below(static_cast<std::int64_t>(w.scene.materials.size())));
+    b.structure = static_cast<int>(counts.below(static_cast<std::int64_t>(w.scene.structures.size())));
     std::vector<std::array<int, 3>> t(static_cast<std::size_t>(triangles));
     for (auto& tri : t)
-      for (int& v : tri) v = static_cast<int>(counts.at(at++));
+      for (int& v : tri) v = static_cast<int>(counts.below(vertices));
     shape(b.mass); shape(b.volume); shape(b.second_moment);
     std::vector<Vec3> v(static_cast<std::size_t>(vertices));
     for (Vec3& x : v) shape(x);
     b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;
     b.shape = std::make_shared<const Polyhedron>(make_polyhedron(std::move(v), t));
-    w.header.blocks.push_back({b.name, b.mass, b.volume, false, true, *b.shape});
+    const StructureSpec& of = w.scene.structures[static_cast<std::size_t>(b.structure)];
+    w.header.blocks.push_back({b.name, b.mass, b.volume, false, true, *b.shape, of.young, of.poisson});
     w.system->add_block(b, Vec3::Zero(), Vec3::Zero(), Vec3::Zero());
   }
   coupling::SystemState& s = w.system->state();
   const std::size_t n = s.blocks.c.size();
-  const auto& general_integers = integers("general");
-  if (static_cast<std::size_t>(general_integers.at(2)) != n)
-    throw InputError(Problem{.key = "checkpoint", .value = fmt::format("{} blocks", general_integers.at(2)), .rule = fmt::format("the scene has {} blocks", n), .remedy = "resume with the scene that was run"});
+  Counts general_integers(integers("general"));
+  const std::int64_t stretches = general_integers.next();
+  const bool built_energy = general_integers.next() != 0;
+  if (const std::int64_t blocks = general_integers.next(); blocks != static_cast<std::int64_t>(n))
+    refuse(fmt::format("{} blocks", blocks), fmt::format("the scene has {} blocks", n));
   Reader in(numbers("blocks"));
   for (std::size_t i = 0; i < n; ++i) {
     in(s.blocks.c[i]); in(s.blocks.v[i]); in(s.blocks.w[i]); in(s.blocks.q[i]); in(s.blocks.eps[i]); in(s.blocks.eps_rate[i]);
     in(s.step[i]);
   }
   Reader memory(numbers("contacts"));
-  const auto& keys = integers("contact_key");
-  std::size_t key = 0;
+  Counts asleep(integers("asleep")), contact_count(integers("contact_count")), keys(integers("contact_key"));
   for (std::size_t i = 0; i < n; ++i) {
-    s.asleep[i] = static_cast<char>(integers("asleep").at(i));
-    s.contacts[i].assign(static_cast<std::size_t>(integers("contact_count").at(i)), {});
+    s.asleep[i] = asleep.next() != 0 ? 1 : 0;
+    s.contacts[i].assign(static_cast<std::size_t>(contact_count.below(static_cast<std::int64_t>(integers("contact_key").size()) + 1)), {});
     for (coupling::ContactMemory& m : s.contacts[i]) {
-      m.partner = static_cast<std::uint64_t>(keys.at(key++));
-      m.feature = static_cast<std::uint64_t>(keys.at(key++));
-      m.broken = keys.at(key++) != 0;
+      m.partner = static_cast<std::uint64_t>(keys.next());
+      m.feature = static_cast<std::uint64_t>(keys.next());
+      m.broken = keys.next() != 0;
       memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.crushed);
     }
   }
@@ -171,22 +218,32 @@ void Simulation::restore(const Checkpoint& c) {
   general(s.time);
   each_ledger(s.ledger, [&](double& x) { general(x); });
   general(w.energy_start); general(w.energy_peak);
-  s.stretches = general_integers.at(0);
-  w.built_energy = general_integers.at(1) != 0;
+  Reader sums(numbers("sums"));
+  Counts sum_counts(integers("sums"));
+  each_sum(w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);
+  s.stretches = stretches;
+  w.built_energy = built_energy;
   auto& structures = w.system->environment().structures;
-  for (std::size_t q = 0; q < structures.size(); ++q)
-    if (!structures[q].fixed_surface) {
-      structures[q].structure->restore(numbers(fmt::format("structure{}", q)));
-      structures[q].index = std::make_unique<contact::SurfaceIndex>(structures[q].structure->surface());
+  for (std::size_t q = 0; q < structures.size(); ++q) {
+    coupling::StructurePart& part = structures[q];
+    if (part.fixed_surface) continue;
+    part.structure->restore(numbers(fmt::format("structure{}", q)));
+    TriangleSurface skin = part.structure->surface();
+    const std::vector<double>& lagging = numbers(fmt::format("index{}", q));
+    part.lagging_index = !lagging.empty();
+    if (part.lagging_index) {
+      Reader index(lagging);
+      for (Vec3& x : skin.vertices) index(x);
     }
+    part.index = coupling::moving_index(skin);
+  }
   if (w.paper) {
     w.paper->history.restore(numbers("paper"));
-    const auto& d = numbers("paper_sums");
-    const auto& k = integers("paper_sums");
+    Reader d(numbers("paper_sums"));
+    Counts k(integers("paper_sums"));
     PaperScheme& p = *w.paper;
-    p.time = d.at(0); p.friction_work = d.at(1); p.algorithmic = d.at(2); p.worst_penetration = d.at(3);
-    p.contact_energy = d.at(4); p.strain_energy = d.at(5); p.kinetic = d.at(6);
-    p.steps = k.at(0); p.iterations = k.at(1); p.cuts = k.at(2); p.unsettled = k.at(3); p.contacts = k.at(4);
+    for (double* x : {&p.time, &p.friction_work, &p.algorithmic, &p.worst_penetration, &p.contact_energy, &p.strain_energy, &p.kinetic}) d(*x);
+    for (long* x : {&p.steps, &p.iterations, &p.cuts, &p.unsettled, &p.contacts}) *x = k.next();
   }
 }
 

@@ -21,11 +21,19 @@ struct RunHeader {
     bool fixed = false;
     bool fragment = false;
     Polyhedron shape;          // body axes
+    double young = 0, poisson = 0;   // of its material [Pa], 1; 0: rigid
   };
   std::vector<BlockInfo> blocks;
   TriangleSurface terrain;     // empty if none (decimated for the report by io)
   std::vector<Plane> planes;
-  struct StructureInfo { std::string name; std::vector<std::string> probes; std::vector<Vec3> probe_at; std::string plan; };
+  struct StructureInfo {
+    std::string name;
+    std::vector<std::string> probes;
+    std::vector<Vec3> probe_at;
+    std::string plan;
+    std::vector<Member> members;
+    double young = 0, poisson = 0, f_cm = 0;   // of its material [Pa], 1, [Pa]; 0: not given
+  };
   std::vector<StructureInfo> structures;
   std::vector<std::string> materials;
   std::vector<std::string> plan;   // what is computed and what is left out, one line per fact
@@ -45,7 +53,7 @@ struct HistoryRow {
   std::vector<Eigen::Vector4d> orientation;     // w, x, y, z
   std::vector<Vec6> strain;
   std::vector<double> kinetic_translational, kinetic_rotational;
-  struct StructureRow { Vec3 base_force, base_moment; std::vector<Vec3> probe_displacement; double damage_max = 0, damaged_volume = 0; };
+  struct StructureRow { Vec3 base_force, base_moment; std::vector<Vec3> probe_displacement; double damage_max = 0, damaged_volume = 0, spalled_volume = 0; std::vector<MemberState> members; };
   std::vector<StructureRow> structures;
   LedgerRow ledger;
 };

@@ -67,6 +67,8 @@ class Simulation {
   double time() const;
 
   World& world();
+  /// In the order of the scene; null where the skin is a fixed surface.
+  std::vector<Structure*> structures();
 
  private:
   std::unique_ptr<World> world_;

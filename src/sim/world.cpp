@@ -82,9 +82,9 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       system->add_block(b, f.centroid, v, w);
       // The strain energy it took along and the difference between lumped and polyhedral kinetic energy are booked here.
       system->state().ledger.algorithmic += f.kinetic + f.elastic - kinetic;
-      born.push_back({b.name, b.mass, b.volume, false, true, shape});
+      born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson});
     }
-    if (!born.empty()) structures[q].index = std::make_unique<contact::SurfaceIndex>(structures[q].structure->surface());
+    if (!born.empty()) structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }
   header.blocks.insert(header.blocks.end(), born.begin(), born.end());
   return born;
@@ -165,6 +165,8 @@ HistoryRow World::row() {
     q.probe_displacement = part.structure->probe_displacements();
     q.damage_max = part.structure->damage_max();
     q.damaged_volume = part.structure->damaged_volume();
+    q.spalled_volume = part.structure->spalled_volume();
+    if (!part.fixed_surface) q.members = part.structure->member_states();
     r.structures.push_back(std::move(q));
   }
   r.ledger = ledger();

@@ -35,7 +35,6 @@ class World {
   Report report;
   double energy_start = 0;                           // [J]
   double energy_peak = 0;                            // largest kinetic energy so far, the residual's scale [J]
-  double fragment_loss = 0;                          // booked when fragments were born [J]
   bool built_energy = false;
 
   double time() const { return paper ? paper->time : system->state().time; }

@@ -224,6 +224,7 @@ std::string json(const Report& report) {
 void write_report(const Report& report, const std::string& directory) {
   std::filesystem::create_directories(directory);
   std::ofstream(directory + "/verify.json") << json(report);
+  std::ofstream(directory + "/verify.html") << html(report);
   std::vector<std::string> done;
   for (const CurvePoint& p : report.curves) {
     if (std::find(done.begin(), done.end(), p.case_id) != done.end()) continue;

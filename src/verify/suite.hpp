@@ -116,7 +116,9 @@ std::string table_line(const CaseResult& r);
 std::string json(const Report& report);
 /// Log-log plot of error against CPU time, one curve per method.
 std::string svg_plot(const std::string& title, const std::vector<CurvePoint>& points);
-/// Writes verify.json and one SVG per case with curves.
+/// The same as one page that opens offline: the tables, and the plots within.
+std::string html(const Report& report);
+/// Writes verify.json, verify.html, and one SVG per case with curves.
 void write_report(const Report& report, const std::string& directory);
 
 }  // namespace talus::verify

@@ -85,6 +85,11 @@ const tests = {
       assert.notEqual(await page.getAttribute("html", "data-theme"), theme);
       await page.selectOption("#field", "displacement");
       assert.match(await page.textContent("#legend"), /Displacement/);
+      await page.evaluate(() => { window.talus.setTime(5.05); window.talus.preset("structure", true); });
+      await page.selectOption("#field", "bars");
+      assert.match(await page.textContent("#legend"), /Strain of the bars/);
+      await page.waitForTimeout(400);
+      await shot(page, "bars");
 
       const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("p")]);
       const png = fs.readFileSync(await download.path());
@@ -100,6 +105,9 @@ const tests = {
       assert.ok(figures >= 7, `${figures} plots`);
       assert.equal(await page.locator("#plots .uplot").count(), figures);
       assert.ok((await page.locator("#tables table").count()) >= 6);
+      const formulas = await page.locator(".table", { hasText: "Design cross-checks" }).innerText();
+      for (const name of ["Hertz", "Labiouse", "Japanese", "ASTRA", "EN 1991-1-7", "EN 1992-1-1"]) assert.match(formulas, new RegExp(name));
+      assert.match(formulas, /unverified/);
       await shot(page, "one-light-full", { fullPage: true });
       await page.evaluate(() => { window.copied = ""; Object.defineProperty(navigator, "clipboard", { value: { writeText: async (t) => { window.copied = t; } }, configurable: true }); });
       await page.locator(".table", { hasText: "forces are means" }).locator("button.copy").click();

@@ -34,6 +34,7 @@ int main(int argc, char** argv) {
     SyntheticRun one;
     one.blocks = 3;
     one.cells = {8, 8, 48};
+    one.bars = true;
     make(one, dir / "one");
     SyntheticRun many;
     many.blocks = 1000;

@@ -31,7 +31,7 @@ struct SyntheticRun {
   std::array<int, 3> cells{4, 4, 24};
   double end = 8.0, impact = 5.0, contact_time = 0.02, peak = 40e6;
   double history_interval = 0.01, field_interval = 0.05;
-  bool fragment = true, structure = true;
+  bool fragment = true, structure = true, bars = false;
   Vec3 offset{1000, 2000, 1500};   // far from the origin, as real terrain is
   Vec3 pier{120, 80, 0};           // base centre, relative to offset
 
@@ -170,6 +170,16 @@ struct SyntheticRun {
           s.damage_compression.push_back(0.5 * s.damage_tension.back());
           s.stress_von_mises.push_back(2e5 * (12 - z) / 12 + 3e8 * std::abs(sway(t)) * (12 - z) / 12 * std::abs(2.0 * (i + 0.5) / nx - 1));
         }
+    for (int corner = 0; bars && corner < 4; ++corner)
+      for (int k = 0; k <= nz; ++k) {
+        const Vec3 local(corner & 1 ? 0.9 : -0.9, corner & 2 ? 0.9 : -0.9, 12.0 * k / nz);
+        const double z = local.z() / 12;
+        s.bar_points.push_back(base() + local + Vec3(sway(t) * z * z * (1.5 - 0.5 * z), 0, -sway(t) * 2 * z / 12 * local.x()));
+        const int n = static_cast<int>(s.bar_points.size());
+        if (k == 0) continue;
+        s.bars.push_back({n - 2, n - 1});
+        s.bar_strain.push_back(sway(t) * (1 - z) * local.x() / 12);
+      }
     return s;
   }
 

@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
@@ -156,6 +157,26 @@ TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
   EXPECT_NEAR(impact["mean_force"].get<double>(), sum * std::hypot(1.0, 0.1) / run.contact_time, 1e-6 * peak);
   EXPECT_TRUE(j["hit"].get<bool>());
   EXPECT_EQ(j["structures"][0]["name"], "P2");
+}
+
+TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
+  using json = nlohmann::json;
+  const Scratch scratch;
+  const json j = json::parse(bytes(whole_run(scratch, small()) / "summary.json"));
+  ASSERT_EQ(j["formulas"].size(), 6u);
+  const json impact = j["impacts"][j["formulas"][0]["impact"].get<std::size_t>()];
+  const json block = j["blocks"][0];
+  ASSERT_EQ(impact["block"], block["name"]);
+  for (const json& f : j["formulas"]) {
+    EXPECT_EQ(f["structure"], "P2");
+    EXPECT_FALSE(f["inputs"].get<std::string>().empty());
+    EXPECT_EQ(f["computed"], f["kind"] == "equivalent static" ? impact["mean_force"] : impact["peak_force"]);
+    EXPECT_EQ(f["status"].get<std::string>().find("unverified") == std::string::npos, f["id"] == "hertz") << f["id"];
+    if (f["id"] != "en1991-hard") continue;
+    // v sqrt(k m), k = E A / D of a sphere of the block's volume, v along the normal, which is x here.
+    const double diameter = std::cbrt(6 * block["volume"].get<double>() / M_PI), k = 30e9 * M_PI * diameter / 4, v = std::abs(impact["velocity"][0].get<double>());
+    EXPECT_NEAR(f["value"].get<double>() / (v * std::sqrt(k * block["mass"].get<double>())), 1, 1e-9);
+  }
 }
 
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {

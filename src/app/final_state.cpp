@@ -1,0 +1,50 @@
+#include "app/final_state.hpp"
+
+#include <fmt/format.h>
+
+#include "core/sha256.hpp"
+#include "io/files.hpp"
+
+namespace talus::app {
+
+namespace {
+constexpr const char* file_name = "final_state.h5";
+std::string key_of(int structure) { return fmt::format("structure{}", structure); }
+}  // namespace
+
+std::string scene_hash(const std::string& resolved) {
+  std::string text = resolved;
+  if (const auto at = text.find("\"threads\":"); at != std::string::npos) text.erase(at, text.find('\n', at) - at);
+  return sha256(text);
+}
+
+std::span<const double> FinalState::of(int structure) const {
+  const auto found = arrays.numbers.find(key_of(structure));
+  if (found == arrays.numbers.end()) throw io::bad_file(file_name, key_of(structure), "the final state lacks this structure", "run the scene again");
+  return found->second;
+}
+
+void save_final_state(const std::filesystem::path& directory, const sim::Checkpoint& state, double time, const std::string& hash) {
+  io::Checkpoint out;
+  out.scene_hash = hash;
+  out.version = TALUS_VERSION;
+  for (const auto& [key, values] : state.numbers)
+    if (key.rfind("structure", 0) == 0) out.numbers[key] = values;
+  if (out.numbers.empty()) return;
+  out.numbers["time"] = {time};
+  io::save_checkpoint(directory / file_name, out);
+}
+
+FinalState load_final_state(const std::filesystem::path& directory) {
+  if (!std::filesystem::exists(directory / io::marker_name))
+    throw io::bad_file(directory, "DIR", "is no output directory of Talus", "name the directory of a finished run");
+  if (!std::filesystem::exists(directory / file_name))
+    throw io::bad_file(directory, file_name, "the run has no final state of a structure", "it needs a [[structure]] with two-way coupling, run to its end");
+  FinalState out;
+  out.scene = scene::read_scene((directory / "scene.resolved.json").string());
+  out.arrays = io::load_checkpoint(directory / file_name, scene_hash(io::read_file(directory / "scene.resolved.json")), TALUS_VERSION);
+  out.time = out.arrays.numbers.at("time").at(0);
+  return out;
+}
+
+}  // namespace talus::app

@@ -1,0 +1,79 @@
+#include "io/design_checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "core/units.hpp"
+#include "coupling/formulas.hpp"
+
+namespace talus::io {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+constexpr double least_speed = 1e-3;  // [m/s]; below it the formulas have no meaning
+
+double normal_speed(const Impact& m) { return std::abs(m.velocity.dot(m.normal.normalized())); }
+
+/// Inputs that the scene gives in place of the defaults; a value outside a formula's range keeps the default.
+formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
+  const auto& block = header.blocks[static_cast<std::size_t>(m.block)];
+  const auto& structure = header.structures[static_cast<std::size_t>(m.structure)];
+  formulas::Inputs inputs(block.mass, normal_speed(m), std::cbrt(6 * block.volume / std::numbers::pi));
+  const auto give = [&](const char* name, double value) {
+    if (value > 0) inputs.set(name, value);
+  };
+  give("block_young", block.young);
+  give("block_poisson", block.poisson);
+  give("target_young", structure.young);
+  give("target_poisson", structure.poisson);
+  const double f_ck = structure.f_cm - 8e6;  // fib Model Code 2010, eq. 5.1-1
+  if (f_ck >= 12e6 && f_ck <= 90e6) give("f_ck", f_ck);
+  return inputs;
+}
+
+std::string sentence(const std::vector<formulas::InputValue>& values) {
+  std::string text;
+  for (const auto& v : values) text += fmt::format("{}{} = {:.4g} {} ({})", text.empty() ? "" : "; ", v.symbol, v.value, unit_name(v.dimension), v.origin);
+  return text;
+}
+
+}  // namespace
+
+json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impacts) {
+  json list = json::array();
+  for (std::size_t s = 0; s < header.structures.size(); ++s) {
+    int strongest = -1;
+    double most = 0;
+    for (std::size_t i = 0; i < impacts.size(); ++i) {
+      const Impact& m = impacts[i];
+      if (m.structure != static_cast<int>(s) || header.blocks[static_cast<std::size_t>(m.block)].fragment || m.normal.norm() == 0 || normal_speed(m) < least_speed) continue;
+      const double energy = header.blocks[static_cast<std::size_t>(m.block)].mass * normal_speed(m) * normal_speed(m);
+      if (energy > most) most = energy, strongest = static_cast<int>(i);
+    }
+    if (strongest < 0) continue;
+    const Impact& m = impacts[static_cast<std::size_t>(strongest)];
+    const double duration = m.end - m.start, mean = duration > 0 ? m.impulse.norm() / duration : 0;
+    for (const formulas::Result& r : formulas::evaluate(inputs_of(header, m)))
+      list.push_back({{"impact", strongest},
+                      {"structure", header.structures[s].name},
+                      {"block", header.blocks[static_cast<std::size_t>(m.block)].name},
+                      {"id", r.id},
+                      {"name", r.title},
+                      {"symbol", r.symbol},
+                      {"unit", r.unit},
+                      {"value", r.value},
+                      {"kind", formulas::text(r.kind)},
+                      {"computed", r.kind == formulas::Kind::mean || r.kind == formulas::Kind::equivalent_static ? mean : m.peak_force},
+                      {"equation", r.equation},
+                      {"inputs", sentence(r.inputs)},
+                      {"source", r.source},
+                      {"status", r.status},
+                      {"note", r.note}});
+  }
+  return list;
+}
+
+}  // namespace talus::io

@@ -1,0 +1,39 @@
+/// What summary.json says of one member (pier, column) of a structure.
+///
+///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2)
+///   residual drift = mean over the last tenth of the run, without the drift under permanent load
+///
+/// Damage class, our own, by what an inspection would find (the first that holds, from the top):
+///   4 lost      a tenth of the member is gone, or the residual drift exceeds 5 % of its length
+///   3 severe    a bar is broken, 1 % of the member is gone, the residual drift exceeds 1 %, or V_dyn exceeds V_Rd with mean strengths
+///   2 moderate  a bar has yielded, a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance
+///   1 slight    a crack exceeds 0.1 mm
+///   0 none
+#pragma once
+#include <nlohmann/json_fwd.hpp>
+
+#include "sim/frame.hpp"
+
+namespace talus::io {
+
+class MemberTrack {
+ public:
+  explicit MemberTrack(const Member& member) : member_(member) {}
+  void add(double time, const MemberState& state);
+  nlohmann::ordered_json summary() const;
+
+ private:
+  struct Peak { double value = 0, time = 0, station = 0; };
+  int damage_class() const;
+  std::array<double, 2> residual_drift() const;
+
+  Member member_;
+  Peak shear_, moment_, design_, mean_;
+  double least_axial_ = 0, largest_axial_ = 0, peak_drift_ = 0, crack_width_ = 0;
+  MemberState last_;
+  std::vector<double> time_;
+  std::vector<std::array<double, 2>> drift_;   // without that of the first row
+  std::array<double, 2> first_drift_{};
+};
+
+}  // namespace talus::io
