@@ -334,7 +334,7 @@ double IslandStepper::project(double h) {
     thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
-  const double tolerance = std::max(5e-10 * thinnest, 1e-14 * far);
+  const double tolerance = std::max(5e-10 * thinnest, 5e-16 * far);
   for (int pass = 0; pass < 24; ++pass) {
     find(h);
     double deepest = 0;
