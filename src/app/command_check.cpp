@@ -1,13 +1,16 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "io/final_state.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
 
 namespace talus::app {
 
 int command_check(const Options& options) {
-  const sim::Simulation simulation(scene::read_scene(options.input, options.overrides()));
+  scene::Scene scene = scene::read_scene(options.input, options.overrides());
+  sim::Simulation simulation(std::move(scene));
+  if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) simulation.start_from(io::read_final_state(previous), previous);
   for (const Problem& warning : simulation.scene().warnings) fmt::print(stderr, "{}\n", warning.str());
   const std::size_t warnings = simulation.scene().warnings.size();
   const std::string title = simulation.header().title;

@@ -68,7 +68,7 @@ int command_impact(const Options& options) {
   const std::set<int> here{impact.material, struck};
   std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
   scene.resolved_json = scene::resolved_json(scene);
-  return run_scene(std::move(scene), options);
+  return run_scene(std::move(scene), options, false);   // an earlier impact's block is not this one
 }
 
 }  // namespace talus::app

@@ -9,6 +9,7 @@
 #include "app/final_state.hpp"
 #include "app/progress.hpp"
 #include "io/checkpoint.hpp"
+#include "io/final_state.hpp"
 #include "io/recorder.hpp"
 #include "io/report.hpp"
 #include "sim/simulation.hpp"
@@ -124,7 +125,7 @@ std::string output_directory(const Options& options) {
   return (fs::path("results") / stem).string();
 }
 
-int run_scene(scene::Scene scene, const Options& options) {
+int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   const fs::path directory = output_directory(options);
   io::check_directory(directory);
   const std::string resolved = scene.resolved_json;
@@ -139,6 +140,11 @@ int run_scene(scene::Scene scene, const Options& options) {
   });
   const std::vector<Problem>& warnings = simulation.scene().warnings;   // of the scene, and of what was built from it
   for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
+  if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) {
+    sim::FinalState state = io::read_final_state(previous);
+    if (!carry_blocks) state.blocks.clear();
+    simulation.start_from(state, previous);
+  }
 
   std::uint64_t position = 0;
   bool resumed = false;
@@ -196,6 +202,7 @@ int run_scene(scene::Scene scene, const Options& options) {
   outcome.audit = result.audit;
   outcome.audit_made = result.audit_made;
   recorder.finish(outcome);
+  if (result.status == "done" || result.status == "at rest") io::write_final_state(directory / "results.h5", simulation.final_state());
   const sim::RunCounters& n = result.counters;
   recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
                               {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},

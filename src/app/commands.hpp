@@ -15,8 +15,9 @@ int command_report(const Options& options);
 int command_convert(const Options& options);
 int command_explain(const Options& options);
 
-/// Runs a scene that has been read; the common part of run and impact.
-int run_scene(scene::Scene scene, const Options& options);
+/// Runs a scene that has been read; the common part of run and impact. `carry_blocks`: with simulation.initial_state blocks go on
+/// from there, too, not structures alone.
+int run_scene(scene::Scene scene, const Options& options, bool carry_blocks = true);
 
 /// `results/<stem>` of the scene unless -o says otherwise.
 std::string output_directory(const Options& options);

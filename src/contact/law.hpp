@@ -24,6 +24,7 @@ struct ContactLaw {
   enum class Kind { linear, hertz, crushing, table };
   Kind kind = Kind::linear;
   double hertz_radius = 0;        // [m], Kind::hertz
+  double hertz_modulus = 0;       // E* of the two materials [Pa], Kind::hertz
   double crushing_pressure = 0;   // [Pa], Kind::crushing
   std::vector<std::pair<double, double>> table;  // (indentation m, force N), Kind::table
   bool chosen = false;            // stiffness was chosen by us, from the materials

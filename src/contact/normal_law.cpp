@@ -74,11 +74,15 @@ double NormalLaw::crushed_after(double x) const {
 }
 
 double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
-  const double d = x1 - x0;
   if (law->kind == ContactLaw::Kind::linear) {
     derivative = 0.5 * stiffness;
     return 0.5 * stiffness * (x0 + x1);
   }
+  return secant(x0, x1, derivative);
+}
+
+double NormalLaw::secant(double x0, double x1, double& derivative) const {
+  const double d = x1 - x0;
   if (std::abs(d) <= 1e-6 * std::max(std::abs(x0), std::abs(x1))) {   // the quotient would be round-off
     derivative = 0.5 * slope(x1);
     return 0.5 * (force(x0) + force(x1));

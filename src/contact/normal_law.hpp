@@ -25,6 +25,8 @@ struct NormalLaw {
   double crushed_after(double x) const;   // y once x was reached [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
   double mean_force(double x0, double x1, double& derivative) const;
+  /// The same with no force below 0 for the linear law too: the work of a contact that opens or closes within the step is its own.
+  double secant(double x0, double x1, double& derivative) const;
 };
 
 }  // namespace talus::contact

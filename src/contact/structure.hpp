@@ -139,6 +139,7 @@ class Structure {
   virtual Vec3 node_velocity(int node) const = 0;         // at the last half step
   virtual std::array<bool, 3> node_held(int node) const = 0;
 
+  virtual double young() const = 0;                       // of the material, undamaged [Pa]
   /// Stable explicit sub-step now [s].
   virtual double critical_step() const = 0;
   /// Computes v_hat for a sub-step of length h from the present state at time t; does not change the state.
@@ -174,6 +175,8 @@ class Structure {
   /// All history as plain doubles; restore() brings back the same bits.
   virtual void save(std::vector<double>& state) const = 0;
   virtual void restore(std::span<const double> state) = 0;
+  /// A new history at t = 0 from the present state: displacement, velocity and damage stay, works start from zero.
+  virtual void start_over() = 0;
 
   /// Nodal and cell fields for output: hexahedra (8 nodes, VTK order), displacement, velocity, damage per cell.
   struct Snapshot {

@@ -11,12 +11,15 @@
 
 namespace talus::coupling {
 
-/// A structure in the coupled step. `fixed_surface`: scheme "rigid", the skin is a fixed obstacle.
+/// A structure in the coupled step. `fixed_surface`: schemes "rigid" and "one-way", its undeformed skin is a fixed obstacle.
+/// `one_way`: what the blocks did to that obstacle is put on the structure afterwards.
 struct StructurePart {
   std::unique_ptr<Structure> structure;
   std::unique_ptr<contact::SurfaceIndex> index;
   int material = 0;
   bool fixed_surface = false;
+  bool one_way = false;
+  bool stepped() const { return !fixed_surface || one_way; }
   bool lagging_index = false;   // skin moved since the last refit
   double touch_stiffness = 0;   // extra normal compliance is 1 / this [N/m]; 0: none
 };
@@ -43,6 +46,7 @@ struct Environment {
   std::vector<std::optional<ContactLaw>> joint_laws;   // by joint of the rock mass; empty: the materials' law
   std::vector<Bond> bonds;                             // sorted by (a, b, joint)
   std::vector<StructurePart> structures;
+  std::vector<std::pair<int, int>> touching_structures;   // pairs with a law between them, the finer skin second
 };
 
 /// Cumulative work since the start [J], dissipation positive. Each term is added where the loss happens.

@@ -11,8 +11,8 @@
 namespace talus::coupling {
 
 IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
-                             const StepSettings& settings)
-    : model_(model), state_(state), env_(environment), history_(history), settings_(settings) {}
+                             ContactHistory& surface_history, const StepSettings& settings)
+    : model_(model), state_(state), env_(environment), history_(history), surface_history_(surface_history), settings_(settings) {}
 
 IslandStepper::~IslandStepper() = default;
 
@@ -25,6 +25,7 @@ void IslandStepper::begin(const Island& island) {
   report_ = IslandReport{};
   impacts_ = 0;
   found_for_ = -1;
+  impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);
   bodies_.assign(island.blocks.size(), Body{});
   length_ = std::numeric_limits<double>::infinity();
@@ -37,6 +38,12 @@ void IslandStepper::begin(const Island& island) {
     length_ = std::min(length_, radius);
     speed_ = std::max({speed_, state_.v[k].norm() + radius * state_.w[k].norm(), std::sqrt(model_.gravity.norm() * radius)});
   }
+  if (island.blocks.empty())
+    for (int s : island.structures) {
+      const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(s)].index->surface();
+      length_ = std::min(length_, face_edge(skin));
+      for (const Vec3& v : skin.velocities) speed_ = std::max(speed_, v.norm());
+    }
   if (!(speed_ > 0)) speed_ = 1;
 }
 
@@ -96,6 +103,7 @@ void IslandStepper::find(double h) {
   std::size_t t = 0;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
     for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_);
   report_.counters.contacts += static_cast<long>(touches_.size());
 }
 
@@ -226,6 +234,17 @@ bool IslandStepper::impact_stage() {
     if (bodies_[i].ndof == 6) state_.eps_rate[static_cast<std::size_t>(bodies_[i].block)] = saved_[i].eps_rate;
   book(0);
   report_.ledger += pending_;
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.a.kind == Partner::Kind::structure && !t.impulse.isZero(0)) {
+      StructureContact row;
+      row.block = t.b;
+      row.structure = t.a.index;
+      row.point = t.at.point_a;
+      row.normal = t.at.normal;
+      row.force = -(t.frame * t.impulse);
+      row.area = t.at.area;
+      impacts_on_skin_.push_back(row);
+    }
   for (Touch& t : touches_) {
     t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
     if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
@@ -284,7 +303,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) 
 bool IslandStepper::laws_met(double h) const {
   // The rows hold the law's tangent; is the force that they gave the law's own at the indentation reached?
   for (const Touch& t : touches_) {
-    if (t.row < 0 || t.stiffness == 0) continue;
+    if (t.row < 0 || t.stiffness == 0 || t.mode == Mode::spring_secant) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     double derivative = 0;
     double force = t.mode == Mode::spring_mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, derivative) : t.normal_law.force(t.indentation);
@@ -333,7 +352,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
     double h = std::min(remaining, step_limit(remaining, lumped));
     if (with_structure)
-      for (int s : island.structures) h = std::min(h, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+      for (int s : island.structures) h = std::min({h, env_.structures[static_cast<std::size_t>(s)].structure->critical_step(), rise_limit()});
     if (h < remaining) h = remaining / std::ceil(remaining / h - 1e-9);
     find(h);
     if (!lumped && !impact_stage()) {

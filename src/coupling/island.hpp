@@ -23,6 +23,7 @@ struct Island {
   std::vector<int> blocks;               // with DOFs, ascending
   std::vector<CandidatePair> pairs;      // everything that may touch within the stretch, deterministic order
   std::vector<int> structures;           // indices into Environment::structures, deformable ones only
+  std::vector<SurfacePair> surfaces;     // structures that may touch each other
 };
 
 struct StepSettings {
@@ -30,6 +31,7 @@ struct StepSettings {
   double accuracy = 1e-3;       // relative to block size
   double min_step = 1e-9;       // [s]
   int event_blocks = 12;        // islands up to this size are event driven
+  int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
 };
 
 struct IslandReport {
@@ -44,8 +46,9 @@ struct IslandReport {
 
 class IslandStepper {
  public:
+  /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
-                const StepSettings& settings);
+                ContactHistory& surface_history, const StepSettings& settings);
   ~IslandStepper();
   /// Advances from t to t + duration; `first_step` is a hint (0: none).
   IslandReport advance(const Island& island, double t, double duration, double first_step);
@@ -75,11 +78,20 @@ class IslandStepper {
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
+  void add_surface_row(Touch& touch, double h, bool first_pass);
+  Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
+  void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
+  void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) const;
+  void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
+  bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
+  double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
   bool solve(double h);
   void apply(double h);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
+  double normal_energy_at_end(const Touch& touch) const;
+  double spring_energy_at_end(const Touch& touch, double h) const;
   bool laws_met(double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
@@ -89,6 +101,7 @@ class IslandStepper {
   void save();
   void restore();
   double step_limit(double remaining, bool lumped) const;
+  double rise_limit() const;
   bool locate_event(double& h, int passes);
   void rest_check(double h);
   contact::Motion motion_of(int block) const;
@@ -99,7 +112,7 @@ class IslandStepper {
   const dda::Model& model_;
   dda::State& state_;
   Environment& env_;
-  ContactHistory& history_;
+  ContactHistory &history_, &surface_history_;
   StepSettings settings_;
   contact::ContactSolver solver_;
   contact::ContactProblem problem_;
@@ -114,6 +127,7 @@ class IslandStepper {
   std::vector<NodeBody> nodes_;
   struct NodeShare { int structure, node; Vec3 impulse, position; };
   std::vector<NodeShare> node_impulses_;
+  std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration since the last commit; `force` is the impulse [N s]
   std::vector<Saved> saved_;
   std::vector<double> pool_;              // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;

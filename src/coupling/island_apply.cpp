@@ -78,7 +78,7 @@ void IslandStepper::apply(double h) {
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     t.impulse = c.impulse;
     if (onset) t.theta = 1;
-    if (t.mode == Mode::spring_end && t.impulse[0] > 0) confine(t, c);
+    if (t.mode == Mode::spring_end && t.b >= 0 && t.impulse[0] > 0) confine(t, c);
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
@@ -173,19 +173,13 @@ void IslandStepper::book(double h) {
         pending_.damping_work -= normal_work;   // onset: what an impact takes
       continue;
     }
-    // Springs: what the linear rule stores; the rest of the normal work is the rule's own loss, of the tangential friction.
+    // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
+    const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
+    pending_.friction_work -= slip_work + stretch;
     const double crushed = t.normal_law.work(t.indentation) - t.normal_law.stored(t.indentation);
     pending_.damping_work += crushed;
-    // With a dashpot the loss is mostly its own.
-    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -=
-        normal_work + t.normal_law.stored(t.indentation) + crushed - t.normal_law.stored(-t.at.gap);
-    if (t.shear_stiffness > 0) {
-      const Vec3 stretch = shear_at_end(t, h);
-      const double stored = 0.5 * t.shear_stiffness * (stretch.squaredNorm() - t.shear.squaredNorm());
-      pending_.friction_work -= slip_work + stored;
-    } else {
-      pending_.friction_work -= slip_work;
-    }
+    // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
+    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -= normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed;
   }
   each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
     for (int k = 0; k < c.terms; ++k) {
@@ -234,17 +228,6 @@ double IslandStepper::indentation_at_end(const Touch& t, double h) const {
   return -(t.gap_ref + t.theta * h * (u - t.u_ref));
 }
 
-Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
-  // Mean (or end) force over the step names the elongation; sliding shortens it to what friction holds.
-  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
-  const Vec3 held = -force / (h * t.shear_stiffness);
-  const double limit = c.friction * c.impulse[0] + c.cohesion;
-  const bool slides = c.impulse.tail<2>().norm() >= limit * (1 - 1e-9);
-  if (t.mode == Mode::spring_mean && !slides) return 2 * held - t.shear;
-  return held;
-}
-
 void IslandStepper::collect_node_impulses() {
   // What each structure node really gets: J^T p over its contacts.
   node_impulses_.clear();
@@ -262,9 +245,39 @@ void IslandStepper::collect_node_impulses() {
     }
 }
 
+void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory>& list) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const Vec3 p = t.frame * c.impulse;
+  ContactMemory memory;
+  memory.partner = t.a.id();
+  memory.feature = t.at.key;
+  memory.force = p / h;
+  memory.broken = t.broken;
+  if (c.cohesion > 0 || c.tension > 0) {
+    const bool opened = c.impulse.isZero(0);
+    const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+    memory.broken = memory.broken || opened || slid;
+  }
+  if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
+  if (t.stiffness > 0) {
+    memory.normal_energy = spring_energy_at_end(t, h);
+    memory.crushed = t.normal_law.crushed_after(t.indentation);
+  }
+  if (memory.broken || memory.crushed > 0 || memory.normal_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+}
+
 void IslandStepper::commit(double t_end, double h) {
   report_.ledger += pending_;
-  for (const Body& b : bodies_) history_[static_cast<std::size_t>(b.block)].clear();
+  std::vector<std::vector<ContactMemory>*> memories;
+  for (const Body& b : bodies_) memories.push_back(&history_[static_cast<std::size_t>(b.block)]);
+  for (const SurfacePair& pair : island_->surfaces) memories.push_back(&surface_history_[static_cast<std::size_t>(pair.b)]);
+  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
+  for (auto* memory : memories) {
+    for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy;
+    memory->clear();
+  }
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;
   double blocks_force = 0;
   Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
@@ -273,23 +286,8 @@ void IslandStepper::commit(double t_end, double h) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
-    ContactMemory memory;
-    memory.partner = t.a.id();
-    memory.feature = t.at.key;
-    memory.force = p / h;
-    memory.broken = t.broken;
-    if (c.cohesion > 0 || c.tension > 0) {
-      const bool opened = c.impulse.isZero(0);
-      const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
-      memory.broken = memory.broken || opened || slid;
-    }
-    if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
-    if (t.stiffness > 0) {
-      memory.crushed = t.normal_law.crushed_after(t.indentation);
-      memory.normal_energy = t.normal_law.stored(t.indentation);
-      if (t.shear_stiffness > 0) memory.normal_energy += 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
-    }
-    if (memory.broken || memory.crushed > 0 || !c.impulse.isZero(0)) history_[static_cast<std::size_t>(t.b)].push_back(memory);
+    remember(t, h, t.b >= 0 ? history_[static_cast<std::size_t>(t.b)] : surface_history_[static_cast<std::size_t>(t.b_structure)]);
+    if (t.b < 0) continue;   // between structures: what one gets the other gives
     if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
       StructureContact row;
       row.time = t_end;
@@ -305,9 +303,16 @@ void IslandStepper::commit(double t_end, double h) {
       on_blocks += p;
       blocks_force += p.norm();
       moment += t.at.point_a.cross(p);
-      moment_scale += t.at.point_a.norm() * p.norm();
+      moment_scale += (t.at.point_a.norm() + length_) * p.norm();
     }
   }
+  for (StructureContact& row : impacts_on_skin_) {   // as the mean over the step that they began
+    row.time = t_end;
+    row.dt = h;
+    row.force /= h;
+    report_.rows.push_back(row);
+  }
+  impacts_on_skin_.clear();
   for (const auto& n : node_impulses_) {
     on_structures += n.impulse;
     moment += n.position.cross(n.impulse);
@@ -318,12 +323,10 @@ void IslandStepper::commit(double t_end, double h) {
     audit.impulse_on_structure += on_structures;
     audit.impulse_on_blocks += on_blocks;
   }
-  for (const Body& b : bodies_) {
-    auto& memory = history_[static_cast<std::size_t>(b.block)];
-    std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) {
+  for (auto* memory : memories)
+    std::sort(memory->begin(), memory->end(), [](const ContactMemory& x, const ContactMemory& y) {
       return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
     });
-  }
 }
 
 double IslandStepper::project(double h) {

@@ -55,7 +55,65 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
   return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
 }
 
+/// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity (world) and adds
+/// sign times that to u_ref (frame).
+Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
+  const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
+  Vec3 velocity = Vec3::Zero();
+  for (int i = 0; i < w.count; ++i) {
+    const int node = w.node[static_cast<std::size_t>(i)];
+    const double weight = w.weight[static_cast<std::size_t>(i)];
+    if (weight == 0) continue;
+    const Vec3 v_hat = s.predicted_velocity(node);
+    velocity += weight * v_hat;
+    const double mass = s.node_mass(node);
+    if (!std::isfinite(mass) || mass <= 0) continue;   // held, or dust
+    int body = -1;
+    for (std::size_t k = 0; k < nodes_.size(); ++k)
+      if (nodes_[k].structure == structure && nodes_[k].node == node) body = static_cast<int>(k);
+    if (body < 0) {
+      body = static_cast<int>(nodes_.size());
+      nodes_.push_back({structure, node, v_hat, s.node_velocity(node), mass});
+    }
+    const int offset = static_cast<int>(problem_.jacobians.size());
+    const Mat3 j = sign * weight * frame.transpose();
+    problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
+    problem_.terms.push_back({static_cast<int>(bodies_.size()) + body, offset});
+  }
+  u_ref += sign * (frame.transpose() * velocity);
+  return velocity;
+}
+
+void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
+  t.normal = t.at.normal;
+  t.frame = contact_frame(t.normal);
+  t.row = static_cast<int>(problem_.contacts.size());
+  contact::ProblemContact c;
+  c.first_term = static_cast<int>(problem_.terms.size());
+  Vec3 u_ref = Vec3::Zero();
+  const SurfaceWeights face = surface_weights(env_.structures[static_cast<std::size_t>(t.a.index)].index->surface(), t.at.face_a, t.at.point_a);
+  const Vec3 a = add_structure_terms(t.a.index, face, t.frame, -1, u_ref);
+  SurfaceWeights node;
+  node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
+  const Vec3 b = add_structure_terms(t.b_structure, node, t.frame, 1, u_ref);
+  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+  c.friction = t.law->friction;
+  if (!t.broken) {
+    c.cohesion = t.law->cohesion * t.at.area * h;
+    c.tension = t.law->tension * t.at.area * h;
+  }
+  t.theta = 1;
+  t.u_ref = u_ref[0];
+  t.gap_ref = t.at.gap + h * t.normal.dot(b - a);
+  if (t.mode == Mode::end) c.bias[0] = (t.gap_ref - 0.95 * std::min(t.at.gap, 0.0)) / h - t.u_ref;
+  else secant_row(t, c, h, first_pass);
+  if (t.shear_stiffness > 0 && t.mode != Mode::end && c.friction + c.cohesion > 0) shear_row(t, c, h, t.frame.transpose() * (h * (b - a)), u_ref);
+  c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
+  problem_.contacts.push_back(c);
+}
+
 void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
+  if (t.b < 0) return add_surface_row(t, h, first_pass);
   Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
   Body* body_a = nullptr;
   if (t.a.kind == Partner::Kind::block) {
@@ -94,7 +152,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   Vec3 u_ref = Vec3::Zero();   // J v_ref
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     const int offset = static_cast<int>(problem_.jacobians.size());
-    push_jacobian(problem_.jacobians, t.frame, p - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(),
+    // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
+    push_jacobian(problem_.jacobians, t.frame, p - (with_structure ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
                   b.half_turn * b.rotation0, b.ndof, sign);
     problem_.terms.push_back({static_cast<int>(&b - bodies_.data()), offset});
     u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + offset, 3, b.ndof) *
@@ -103,29 +162,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   Vec3 a_end = a_end_body;
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
   if (with_structure) {
-    const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
-    const SurfaceWeights w = surface_weights(part.index->surface(), t.at.face_a, t.at.point_a);
-    for (int i = 0; i < w.count; ++i) {
-      const int node = w.node[static_cast<std::size_t>(i)];
-      const double weight = w.weight[static_cast<std::size_t>(i)];
-      if (weight == 0) continue;
-      const Vec3 v_hat = part.structure->predicted_velocity(node);
-      a_end += h * weight * v_hat;
-      const double mass = part.structure->node_mass(node);
-      u_ref -= weight * (t.frame.transpose() * v_hat);
-      if (!std::isfinite(mass) || mass <= 0) continue;   // held, or dust
-      int body = -1;
-      for (std::size_t k = 0; k < nodes_.size(); ++k)
-        if (nodes_[k].structure == t.a.index && nodes_[k].node == node) body = static_cast<int>(k);
-      if (body < 0) {
-        body = static_cast<int>(nodes_.size());
-        nodes_.push_back({t.a.index, node, v_hat, part.structure->node_velocity(node), mass});
-      }
-      const int offset = static_cast<int>(problem_.jacobians.size());
-      const Mat3 j = -weight * t.frame.transpose();
-      problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
-      problem_.terms.push_back({static_cast<int>(bodies_.size()) + body, offset});
-    }
+    const SurfaceWeights w = surface_weights(env_.structures[static_cast<std::size_t>(t.a.index)].index->surface(), t.at.face_a, t.at.point_a);
+    a_end += h * add_structure_terms(t.a.index, w, t.frame, -1, u_ref);
   }
   add_body(body_b, p_mid_b, 1);
   c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
@@ -158,7 +196,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::end: {
       t.theta = 1;
-      c.bias[0] = gap_ref / h - u_ref[0];
+      // A hard contact at a structure that is pressed in already is led out slowly: at once would be a blow out of nothing.
+      c.bias[0] = (gap_ref - (with_structure ? 0.95 * std::min(t.at.gap, 0.0) : 0.0)) / h - u_ref[0];
       if (!first_pass) c.bias.tail<2>().setZero();
       if (with_structure) break;
       // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is taken off. A crossing is
@@ -184,22 +223,15 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       c.bias[0] = c.compliance[0] * (h * slope * (gap_ref + t.indentation) - h * force - spring * u_ref[0] + (mean ? dashpot * t.approach : 0.0));
       break;
     }
+    case Mode::spring_secant:
+      t.gap_ref = gap_ref;
+      t.u_ref = u_ref[0];
+      secant_row(t, c, h, first_pass);
+      break;
     case Mode::idle: break;
   }
-  if (t.shear_stiffness > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end)) {
-    // Shear spring by the same rule as the normal one; d is its elongation at the start.
-    const Vec3 d = t.frame.transpose() * t.shear;
-    const Vec3 moved = t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a));
-    for (int i = 1; i < 3; ++i) {
-      if (t.mode == Mode::spring_mean) {
-        c.compliance[i] = 4 / (h * h * t.shear_stiffness);
-        c.bias[i] = 2 * (2 * d[i] + moved[i]) / h - u_ref[i];
-      } else {
-        c.compliance[i] = 1 / (h * h * t.shear_stiffness);
-        c.bias[i] = (d[i] + moved[i]) / h - u_ref[i];
-      }
-    }
-  }
+  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
+    shear_row(t, c, h, t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a)), u_ref);
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts.push_back(c);
 }

@@ -67,6 +67,7 @@ void IslandStepper::weigh_springs() {
   };
   const double reachable = 1e-3 * length_;
   for (const Touch& t : touches_) {
+    if (t.b < 0) continue;   // between structures
     const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
     Vec3 f = t.warm;   // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
@@ -94,7 +95,7 @@ void IslandStepper::weigh_springs() {
     return Vec3(model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]));
   };
   for (Touch& t : touches_) {
-    if (t.stiffness == 0) continue;
+    if (t.stiffness == 0 || t.b < 0) continue;
     const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
     const Vec12 jb = row(b, t.at.point_b, t.at.normal);
     t.rate_sq = std::max(weights[static_cast<std::size_t>(b)].rate_sq,
@@ -135,10 +136,15 @@ void IslandStepper::choose_springs(double h, bool lumped) {
   for (Touch& t : touches_) {
     t.spring = Mode::idle;
     if (t.stiffness == 0) continue;
+    if (deformable_structure(t)) {
+      // The step before counts, too: the leapfrog's force lies between both.
+      if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0) t.spring = Mode::spring_secant;
+      continue;
+    }
     // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start.
     const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || t.approach > -t.quiet_speed);
     if (t.at.gap > 0 && !meets) continue;
-    const bool resolved = !deformable_structure(t) && h * std::sqrt(t.rate_sq) <= resolved_phase;
+    const bool resolved = h * std::sqrt(t.rate_sq) <= resolved_phase;
     t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
     any_end = any_end || !resolved;
   }
@@ -146,7 +152,7 @@ void IslandStepper::choose_springs(double h, bool lumped) {
   for (bool changed = any_end; changed;) {
     changed = false;
     for (Touch& t : touches_) {
-      if (t.spring == Mode::idle) continue;
+      if (t.spring == Mode::idle || deformable_structure(t)) continue;
       Body* a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
       Body* b = body_of(t.b);
       if (t.spring == Mode::spring_end || b->end_rule || (a != nullptr && a->end_rule)) {

@@ -45,6 +45,8 @@ struct CoupledSystem::Plan {
   std::vector<Island> islands;
   std::vector<double> reach;           // per block [m]
   std::vector<char> structure_used;    // per structure
+  std::vector<double> structure_reach; // per structure [m]
+  std::vector<SurfacePair> surfaces;   // structures that may meet
   long skipped = 0;
 };
 
@@ -52,6 +54,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
     : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings) {
   const std::size_t n = model_.blocks.size();
   state_.contacts.resize(n);
+  state_.surface_contacts.resize(env_.structures.size());
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
   schemes_.resize(env_.structures.size());
@@ -67,7 +70,7 @@ bool CoupledSystem::at_rest() const {
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
     if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0) return false;
   for (const StructurePart& s : env_.structures)
-    if (!s.fixed_surface && !s.structure->quiet()) return false;
+    if (s.stepped() && !s.structure->quiet()) return false;
   return true;
 }
 
@@ -79,8 +82,9 @@ std::vector<StructureContact> CoupledSystem::take_structure_contacts() {
 
 double CoupledSystem::spring_energy() const {
   double e = 0;
-  for (const auto& block : state_.contacts)
-    for (const ContactMemory& m : block) e += m.normal_energy;
+  for (const ContactHistory* history : {&state_.contacts, &state_.surface_contacts})
+    for (const auto& body : *history)
+      for (const ContactMemory& m : body) e += m.normal_energy;
   return e;
 }
 
@@ -99,6 +103,28 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
   return static_cast<int>(model_.blocks.size()) - 1;
 }
 
+/// How far each structure's skin may move, and which of them may meet.
+void CoupledSystem::pair_structures(double duration, Plan& p) const {
+  p.structure_reach.assign(env_.structures.size(), 0.0);
+  p.surfaces.clear();
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    const StructurePart& part = env_.structures[q];
+    if (part.fixed_surface || part.structure->quiet()) continue;
+    double fastest = 0;
+    for (const Vec3& v : part.index->surface().velocities) fastest = std::max(fastest, v.norm());
+    p.structure_reach[q] = 1.5 * duration * fastest;
+  }
+  for (const auto& [a, b] : env_.touching_structures) {
+    const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+    if (env_.structures[i].structure->quiet() && env_.structures[j].structure->quiet()) continue;
+    Box3 near = env_.structures[i].index->bounds();
+    const double reach = p.structure_reach[i] + p.structure_reach[j] + 1e-3 * near.sizes().norm();
+    near.min().array() -= reach;
+    near.max().array() += reach;
+    if (near.intersects(env_.structures[j].index->bounds())) p.surfaces.push_back({a, b});
+  }
+}
+
 void CoupledSystem::plan(double duration, Plan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const dda::State& s = state_.blocks;
@@ -106,6 +132,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   p.skipped = 0;
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
+  pair_structures(duration, p);
   std::vector<Box3> boxes(static_cast<std::size_t>(n));
   const double g = model_.gravity.norm();
   for (int i = 0; i < n; ++i) {
@@ -120,13 +147,13 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   contact::overlapping_pairs(boxes, pairs);
 
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
-  Sets sets(static_cast<std::size_t>(n));
+  Sets sets(static_cast<std::size_t>(n) + env_.structures.size());   // blocks, then structures
   for (const auto& [i, j] : pairs)
     if (moves(i) && moves(j)) sets.join(i, j);
 
-  // Fixed partners, and structures as hubs: all blocks near one structure share its sub-step.
+  // Fixed partners, and structures as hubs: all that is near one structure shares its sub-step.
   std::vector<CandidatePair> fixed;
-  std::vector<int> first_at_structure(env_.structures.size(), -1);
+  for (const SurfacePair& pair : p.surfaces) sets.join(n + pair.a, n + pair.b);
   for (int i = 0; i < n; ++i) {
     if (!moves(i)) continue;
     const auto k = static_cast<std::size_t>(i);
@@ -138,18 +165,18 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     }
     if (env_.terrain != nullptr && env_.terrain->overlaps(boxes[k])) fixed.push_back({{Partner::Kind::terrain, 0}, i});
     for (std::size_t q = 0; q < env_.structures.size(); ++q) {
-      if (!env_.structures[q].index->overlaps(boxes[k])) continue;
+      Box3 box = boxes[k];
+      box.min().array() -= p.structure_reach[q];
+      box.max().array() += p.structure_reach[q];
+      if (!env_.structures[q].index->overlaps(box)) continue;
       fixed.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
-      if (env_.structures[q].fixed_surface) continue;
-      if (first_at_structure[q] < 0)
-        first_at_structure[q] = i;
-      else
-        sets.join(first_at_structure[q], i);
+      if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
   }
   // One island per root, in the order of their first blocks; islands asleep as a whole are skipped.
-  std::vector<int> island_of(static_cast<std::size_t>(n), -1);
-  std::vector<char> awake(static_cast<std::size_t>(n), 0);
+  std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
+  std::vector<char> awake(island_of.size(), 0);
+  for (const SurfacePair& pair : p.surfaces) awake[static_cast<std::size_t>(sets.root(n + pair.a))] = 1;
   for (int i = 0; i < n; ++i)
     if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0) awake[static_cast<std::size_t>(sets.root(i))] = 1;
   for (int i = 0; i < n; ++i) {
@@ -166,6 +193,22 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     }
     p.islands[static_cast<std::size_t>(id)].blocks.push_back(i);
   }
+  const auto use = [&](Island& island, int structure) {
+    p.structure_used[static_cast<std::size_t>(structure)] = 1;
+    auto& list = island.structures;
+    if (std::find(list.begin(), list.end(), structure) == list.end()) list.push_back(structure);
+  };
+  for (const SurfacePair& pair : p.surfaces) {
+    int& id = island_of[static_cast<std::size_t>(sets.root(n + pair.a))];
+    if (id < 0) {
+      id = static_cast<int>(p.islands.size());
+      p.islands.emplace_back();
+    }
+    Island& island = p.islands[static_cast<std::size_t>(id)];
+    island.surfaces.push_back(pair);
+    use(island, pair.a);
+    use(island, pair.b);
+  }
   const auto island_at = [&](int block) -> Island* {
     const int id = island_of[static_cast<std::size_t>(sets.root(block))];
     return id < 0 ? nullptr : &p.islands[static_cast<std::size_t>(id)];
@@ -179,28 +222,22 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   for (const CandidatePair& c : fixed)
     if (Island* island = island_at(c.b)) {
       island->pairs.push_back(c);
-      if (c.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(c.a.index)].fixed_surface) {
-        p.structure_used[static_cast<std::size_t>(c.a.index)] = 1;
-        auto& list = island->structures;
-        if (std::find(list.begin(), list.end(), c.a.index) == list.end()) list.push_back(c.a.index);
-      }
+      if (c.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(c.a.index)].fixed_surface) use(*island, c.a.index);
     }
 }
 
 bool CoupledSystem::stretch(double duration, std::string& failure) {
+  for (StructurePart& part : env_.structures)
+    if (part.lagging_index) {
+      part.index->refit(part.structure->surface());
+      part.lagging_index = false;
+    }
   Plan p;
   plan(duration, p);
   const SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
-    if (p.structure_used[q]) {
-      StructurePart& part = env_.structures[q];
-      part.structure->save(structures_before[q]);
-      if (part.lagging_index) {
-        part.index->refit(part.structure->surface());
-        part.lagging_index = false;
-      }
-    }
+    if (p.structure_used[q]) env_.structures[q].structure->save(structures_before[q]);
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
 
@@ -208,7 +245,7 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
   const auto run = [&](std::size_t i) {
     auto& stepper = steppers.local();
-    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, settings_.step);
+    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
     const Island& island = p.islands[i];
     double hint = 0;   // the smallest suggestion among its blocks
     for (int b : island.blocks) {
@@ -227,8 +264,10 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
   bool escaped = false;
   for (std::size_t i = 0; i < reports.size(); ++i) {
     if (!reports[i].failure.empty() && failure.empty())
-      failure = fmt::format("t = {:.6g} s, island of {} blocks with {}: {}", state_.time, p.islands[i].blocks.size(),
-                            model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name, reports[i].failure);
+      failure = fmt::format("t = {:.6g} s, {}: {}", state_.time,
+                            p.islands[i].blocks.empty() ? std::string("structures that touch")
+                                                        : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(), model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
+                            reports[i].failure);
     for (int b : p.islands[i].blocks) {
       const auto k = static_cast<std::size_t>(b);
       if ((state_.blocks.c[k] - before.blocks.c[k]).norm() > p.reach[k] + 1e-12) escaped = true;
@@ -270,15 +309,26 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
   }
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     StructurePart& part = env_.structures[q];
-    if (part.fixed_surface || p.structure_used[q]) continue;
+    if (!part.stepped() || p.structure_used[q]) continue;
+    if (part.one_way) {
+      std::vector<StructureContact> mine;
+      for (const IslandReport& r : reports)
+        for (const StructureContact& row : r.rows)
+          if (row.structure == static_cast<int>(q)) mine.push_back(row);
+      if (!mine.empty()) {
+        replay(part, duration, mine);
+        schemes_[q] = "recorded loads";
+        continue;
+      }
+    }
     if (part.structure->quiet()) {
       ++sums_.structure_asleep;
       schemes_[q] = "asleep";
       continue;
     }
     schemes_[q] = part.structure->advance_alone(state_.time, duration);
-    part.lagging_index = true;
-    if (const TriangleSurface& skin = part.structure->surface(); skin.revision != part.index->surface().revision) {
+    part.lagging_index = !part.fixed_surface;
+    if (const TriangleSurface& skin = part.structure->surface(); part.lagging_index && skin.revision != part.index->surface().revision) {
       part.index->refit(skin);   // a new topology is never left behind: a checkpoint keeps positions alone
       part.lagging_index = false;
     }
@@ -287,6 +337,35 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
   sums_.asleep_skipped += p.skipped;
   ++state_.stretches;
   return true;
+}
+
+/// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of the undeformed skin.
+void CoupledSystem::replay(StructurePart& part, double duration, std::span<const StructureContact> rows) {
+  struct Load { const StructureContact* row; SurfaceWeights at; };
+  std::vector<Load> loads;
+  for (const StructureContact& r : rows) loads.push_back({&r, surface_weights(part.index->surface(), part.index->triangle_at(r.point), r.point)});
+  Structure& s = *part.structure;
+  const double work_before = s.energy().contact_work;
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / s.critical_step() * (1 - 1e-12))));
+  const double h = duration / static_cast<double>(steps);
+  std::vector<NodeImpulse> impulses;
+  for (long k = 0; k < steps; ++k) {
+    const double from = state_.time + duration * (static_cast<double>(k) / static_cast<double>(steps)), to = state_.time + duration * (static_cast<double>(k + 1) / static_cast<double>(steps));
+    impulses.clear();
+    for (const Load& load : loads) {
+      // The last step also takes what rounding left at the end.
+      const double lo = std::max(from, load.row->time - load.row->dt), hi = k + 1 == steps ? load.row->time : std::min(to, load.row->time);
+      if (hi <= lo) continue;
+      for (int i = 0; i < load.at.count; ++i)
+        impulses.push_back({load.at.node[static_cast<std::size_t>(i)], (hi - lo) * load.at.weight[static_cast<std::size_t>(i)] * load.row->force});
+    }
+    s.predict(from, h);
+    s.correct(from, h, impulses);
+    for (const NodeImpulse& p : impulses) sums_.audit.impulse_on_structure += p.impulse;
+  }
+  sums_.counters.structure_steps += steps;
+  for (const Load& load : loads) sums_.audit.impulse_on_blocks -= load.row->dt * load.row->force;
+  sums_.audit.work_on_structure += s.energy().contact_work - work_before;
 }
 
 void CoupledSystem::advance_to(double t) {

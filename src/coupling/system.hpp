@@ -5,6 +5,7 @@
 /// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
 #pragma once
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ struct SystemState {
   double time = 0;
   long stretches = 0;
   dda::State blocks;
-  ContactHistory contacts;
+  ContactHistory contacts;               // per block
+  ContactHistory surface_contacts;       // between structures, per second structure of the pair
   std::vector<char> asleep;              // per block
   std::vector<double> step;              // suggested step of the island the block was last in [s]
   Ledger ledger;
@@ -70,7 +72,9 @@ class CoupledSystem {
  private:
   struct Plan;
   void plan(double stretch, Plan& p) const;
+  void pair_structures(double stretch, Plan& p) const;
   bool stretch(double duration, std::string& failure);
+  void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
   dda::Model model_;
   SystemState state_;

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "contact/node_surface.hpp"
+#include "contact/skin_block.hpp"
+
 namespace talus::coupling {
 
 Mat3 contact_frame(const Vec3& n) {
@@ -90,6 +93,32 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
   return 0;
 }
 
+/// What the contact remembers; returns the indentation lost for good [m].
+double recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t) {
+  const auto found = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, t.at.key),
+                                      [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
+                                        return c.partner != key.first ? c.partner < key.first : c.feature < key.second;
+                                      });
+  if (found == memory.end() || found->partner != partner || found->feature != t.at.key) return 0;
+  t.warm = found->force;
+  t.shear = found->shear - t.at.normal * t.at.normal.dot(found->shear);
+  t.stored = found->normal_energy;
+  t.broken = found->broken;
+  t.persistent = !found->force.isZero(0);
+  return found->crushed;
+}
+
+/// What a trilinear cell gives under a force at one point of its face beyond what the continuum does: a node of the face
+/// 1.60/(E h), its centre 0.54/(E h), in between by the sum of the squared weights (1 and 1/4) [m/N].
+double cell_compliance(const StructurePart& part, const contact::ContactPoint& at) {
+  if (part.fixed_surface || at.face_a < 0) return 0;
+  const TriangleSurface& s = part.index->surface();
+  const SurfaceWeights w = surface_weights(s, at.face_a, at.point_a);
+  double squares = 0;
+  for (int i = 0; i < w.count; ++i) squares += w.weight[static_cast<std::size_t>(i)] * w.weight[static_cast<std::size_t>(i)];
+  return (0.54 + (squares - 0.25) / 0.75 * (1.60 - 0.54)) / (part.structure->young() * face_edge(s, at.face_a));
+}
+
 /// Joint of the rock mass that a block-block contact lies on, -1 if none.
 int joint_of(const dda::Model& m, const CandidatePair& pair, const contact::ContactPoint& p) {
   const auto of = [](const Polyhedron& shape, int face) {
@@ -169,6 +198,12 @@ void set_spring(Touch& t, const dda::Model& m, double crushed) {
   }
 }
 
+/// Takes a compliance that the touched cell has of its own off a linear spring, at most half of the spring's.
+void relieve(Touch& t, double compliance) {
+  t.stiffness /= 1 - std::min(compliance * t.stiffness, 0.5);
+  t.normal_law.stiffness = t.stiffness;
+}
+
 }  // namespace
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
@@ -189,7 +224,10 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
       break;
     case Partner::Kind::terrain: contact::surface_block(*env.terrain, shape_b, pose_b, margin, points); break;
     case Partner::Kind::structure:
-      contact::surface_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
+      if (env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface)
+        contact::surface_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
+      else
+        contact::skin_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
       break;
   }
   const std::vector<ContactMemory>& memory = history[kb];
@@ -219,23 +257,65 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         t.bond_tension = bond->tension;
       }
     }
-    const auto found = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, p.key),
-                                        [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
-                                          return c.partner != key.first ? c.partner < key.first : c.feature < key.second;
-                                        });
-    const bool found_memory = found != memory.end() && found->partner == partner && found->feature == p.key;
-    if (found_memory) {
-      t.warm = found->force;
-      t.shear = found->shear - p.normal * p.normal.dot(found->shear);
-      t.stored = found->normal_energy;
-      t.broken = found->broken;
-      t.persistent = !found->force.isZero(0);
-    }
+    const double crushed = recall(memory, partner, t);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
-    set_spring(t, m, found_memory ? found->crushed : 0.0);
+    set_spring(t, m, crushed);
+    if (pair.a.kind == Partner::Kind::structure && t.law->kind == ContactLaw::Kind::linear && t.stiffness > 0 && p.area == 0)
+      relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
     out.push_back(t);
   }
   share_dashpots(m, pair, std::span(out).subspan(first));
+}
+
+double face_edge(const TriangleSurface& skin, int triangle) {
+  const auto& t = skin.triangles[static_cast<std::size_t>(triangle)];
+  const Vec3& a = skin.vertices[static_cast<std::size_t>(t[0])];
+  return std::sqrt(2 * (skin.vertices[static_cast<std::size_t>(t[1])] - a).cross(skin.vertices[static_cast<std::size_t>(t[2])] - a).norm());
+}
+
+double face_edge(const TriangleSurface& skin) {
+  double edge = 0;
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) edge = std::max(edge, face_edge(skin, t));
+  return edge;
+}
+
+void find_surface_touches(const Environment& env, const SurfacePair& pair, double reach, const ContactHistory& history, std::vector<Touch>& out) {
+  const StructurePart &part_a = env.structures[static_cast<std::size_t>(pair.a)], &part_b = env.structures[static_cast<std::size_t>(pair.b)];
+  const TriangleSurface& skin = part_b.index->surface();
+  Box3 near = part_a.index->bounds();
+  near.min().array() -= reach;
+  near.max().array() += reach;
+  // Tributary area of every node of the skin as a vector, half of each of its triangles (times 4).
+  std::vector<Vec3> weighted(skin.vertices.size(), Vec3::Zero());
+  for (const auto& t : skin.triangles) {
+    const Vec3& a = skin.vertices[static_cast<std::size_t>(t[0])];
+    const Vec3 twice = (skin.vertices[static_cast<std::size_t>(t[1])] - a).cross(skin.vertices[static_cast<std::size_t>(t[2])] - a);
+    for (int k = 0; k < 2; ++k) weighted[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])] += twice;   // the third is the centre of the face
+  }
+  const Partner partner{Partner::Kind::structure, pair.a};
+  for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
+    if (skin.nodes[v].count != 1 || !near.contains(skin.vertices[v])) continue;
+    Touch t;
+    if (!contact::node_surface(*part_a.index, skin.vertices[v], weighted[v].normalized(), reach, t.at)) continue;
+    t.a = partner;
+    t.b = -1;
+    t.b_structure = pair.b;
+    t.b_node = skin.nodes[v].node[0];
+    // Of an edge or corner node only what faces the partner.
+    t.at.area = 0.25 * std::max(0.0, -t.at.normal.dot(weighted[v]));
+    t.at.key = static_cast<contact::FeatureKey>(t.b_node);
+    t.law = &env.laws(part_a.material, part_b.material);
+    const double crushed = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
+    if (t.law->stiffness != ContactLaw::Stiffness::hard) {
+      const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
+      t.stiffness = t.law->normal_stiffness * share;
+      t.shear_stiffness = t.law->shear_stiffness * share;
+    }
+    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, crushed};
+    if (t.stiffness > 0 && t.law->damping_ratio > 0) t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
+    t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, partner, t.at));
+    out.push_back(t);
+  }
 }
 
 }  // namespace talus::coupling

@@ -6,6 +6,8 @@
 ///   end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
 ///   spring_mean     p = h (mean force over the step) while h sqrt(k/m) < 0.5            1/2
 ///   spring_end      p = h (force at its end), its loss booked as algorithmic             1
+///   spring_secant   p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss: d = -g, at a structure, whose velocities live at half steps, d_0 of
+///                   the step before                                                      1
 ///   bilateral       fixed point: u^+ = -drift                                            1/2
 #pragma once
 #include <cstdint>
@@ -26,11 +28,12 @@ struct Partner {
   std::uint64_t id() const { return (static_cast<std::uint64_t>(kind) << 32) | static_cast<std::uint32_t>(index); }
 };
 
-enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end };
+enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end, spring_secant };
 
 struct Touch {
   Partner a;
-  int b = 0;                     // block
+  int b = 0;                     // block, -1: a node of structure `b_structure`
+  int b_structure = -1, b_node = -1;
   contact::ContactPoint at;      // gap > 0 open, normal out of A
   const ContactLaw* law = nullptr;
   Mode mode = Mode::idle;
@@ -45,7 +48,7 @@ struct Touch {
   Mode spring = Mode::idle;      // rule of this step if it is sprung
   Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
-  double stored = 0;             // spring energy at the start [J]
+  double stored = 0;             // energy of its springs at the start, as the ledger counts it [J]
   bool broken = false;
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
@@ -72,6 +75,18 @@ struct CandidatePair {
 /// Appends all touches of the pair with gap <= margin at the present state.
 void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
                   const ContactHistory&, std::vector<Touch>& out);
+
+/// Two structures that may touch: the nodes of b's skin against the faces of a's.
+struct SurfacePair {
+  int a = 0, b = 0;
+};
+
+/// The same for two structures, nodes with |gap| <= reach; `history` is per structure b.
+void find_surface_touches(const Environment&, const SurfacePair&, double reach, const ContactHistory& history, std::vector<Touch>& out);
+
+/// Edge of the face that a triangle of a skin belongs to (four triangles to a face), and the longest of all [m].
+double face_edge(const TriangleSurface&, int triangle);
+double face_edge(const TriangleSurface&);
 
 /// Velocity of the material point of A or B at x (world) in the present state.
 Vec3 point_velocity(const dda::State&, int block, const Vec3& x);

@@ -52,6 +52,7 @@ class FemStructure : public Structure {
   Vec3 node_velocity(int node) const override;
   std::array<bool, 3> node_held(int node) const override;
 
+  double young() const override { return spec_.young; }
   double critical_step() const override { return critical_step_; }
   void predict(double t, double h) override;
   Vec3 predicted_velocity(int node) const override;
@@ -75,6 +76,7 @@ class FemStructure : public Structure {
   std::vector<Fragment> take_fragments() override;
   void save(std::vector<double>& state) const override;
   void restore(std::span<const double> state) override;
+  void start_over() override;
   Snapshot snapshot() const override;
 
   /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal force.

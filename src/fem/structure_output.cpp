@@ -214,6 +214,15 @@ void FemStructure::restore(std::span<const double> state) {
   moved();
 }
 
+void FemStructure::start_over() {
+  books_ = {};
+  still_since_ -= time_;
+  time_ = 0;
+  contact_step_ = 0;
+  std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
+  moved();
+}
+
 Structure::Snapshot FemStructure::snapshot() const {
   Snapshot s;
   s.nodes = mesh_.nodes;

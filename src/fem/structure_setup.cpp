@@ -86,6 +86,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
+  moved();
 }
 
 FemStructure::~FemStructure() = default;

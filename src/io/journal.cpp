@@ -83,6 +83,7 @@ void JournalWriter::sync() {
 
 JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t limit) : in_(path, std::ios::binary), limit_(limit) {
   char head[8] = {};
+  if (!in_.is_open()) throw WriteError(system_error("read", path));   // removed while a run writes to it
   if (!in_.read(head, 8) || std::string_view(head, 8) != magic)
     throw bad_file(path, {}, "is no journal of Talus", "run the scene again");
   in_.seekg(0, std::ios::end);

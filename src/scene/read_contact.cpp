@@ -169,6 +169,7 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
 struct Needs {
   std::set<std::pair<int, int>> pairs;       // lower index first
   std::set<std::pair<int, int>> fragments;   // only pieces of a structure can make these
+  std::set<std::pair<int, int>> structures;  // two structures touch each other only where an entry says so
 };
 
 Needs needed_pairs(const Scene& scene) {
@@ -195,6 +196,8 @@ Needs needed_pairs(const Scene& scene) {
     }
   if (scene.impact && !scene.structures.empty())
     needs.pairs.insert(pair(scene.impact->material, scene.structures[static_cast<std::size_t>(scene.impact->structure)].material));
+  for (std::size_t i = 0; i < scene.structures.size(); ++i)
+    for (std::size_t j = i + 1; j < scene.structures.size(); ++j) needs.structures.insert(pair(scene.structures[i].material, scene.structures[j].material));
   if (scene.coupling.fragments && scene.coupling.scheme == Coupling::Scheme::two_way)
     for (const StructureSpec& s : scene.structures)
       if (s.damage != "none")
@@ -206,6 +209,14 @@ Needs needed_pairs(const Scene& scene) {
 double young_of(const Material& m) {
   if (m.young > 0) return m.young;
   return m.f_cm > 0 ? 21.5e9 * std::cbrt(m.f_cm / 10e6) : 0;   // fib Model Code 2010, eq. 5.1-20, quartzite aggregate
+}
+
+/// E* of two half-spaces; a material without a modulus does not give. 0 if neither has one [Pa].
+double hertz_modulus(const Material& a, const Material& b) {
+  double compliance = 0;
+  for (const Material* m : {&a, &b})
+    if (young_of(*m) > 0) compliance += (1 - m->poisson * m->poisson) / young_of(*m);
+  return compliance > 0 ? 1 / compliance : 0;
 }
 
 /// Size of the smallest block of either material, 0 if none is known.
@@ -315,7 +326,7 @@ void read_interfaces(Reading& in, const View& root) {
       const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
       const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
       const bool needed = needs.pairs.count({a, b}) > 0;
-      if (!clean || (!needed && needs.fragments.count({a, b}) == 0)) continue;
+      if (!clean || (!needed && needs.fragments.count({a, b}) == 0 && needs.structures.count({a, b}) == 0)) continue;
       bool contradiction = false;
       const Entry* entry = match(entries, first, second, contradiction);
       if (!entry) {
@@ -331,6 +342,11 @@ void read_interfaces(Reading& in, const View& root) {
       }
       ContactLaw law = entry->law;
       if (!entry->stiffness_given) choose_stiffness(scene, a, b, law);
+      if (law.kind == ContactLaw::Kind::hertz) {
+        law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)], scene.materials[static_cast<std::size_t>(b)]);
+        if (!(law.hertz_modulus > 0))
+          entry->view.problem("contact_law", fmt::format("neither \"{}\" nor \"{}\" has a Young's modulus, and Hertz's law needs one", first, second), "add young to a [[material]]");
+      }
       put(a, b, law);
       set.insert({a, b});
     }

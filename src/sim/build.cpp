@@ -56,19 +56,21 @@ class Builder {
     env_.laws = s.laws;
     complete_laws();
     if (problems_.empty()) add_structures();
+    warn_of_small_blocks();
+    pair_structures();
     if (!problems_.empty()) throw InputError(problems_);
 
     coupling::SystemSettings settings;
     settings.step.fixed_step = s.simulation.step.value_or(0);
     settings.step.accuracy = s.simulation.accuracy.value_or(1e-3);
     settings.step.min_step = s.simulation.min_step;
+    settings.step.exchanges_per_rise = s.coupling.exchanges_per_rise;
     settings.sleeping = s.simulation.sleeping;
     settings.threads = std::max(1, s.simulation.threads);
     settings.longest_stretch = std::max(0.05, s.output.history_interval);
     const dda::State start = state_.blocks;
     world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
-    check_start();
-    if (!problems_.empty()) throw InputError(problems_);
+    if (const std::vector<Problem> overlaps = initial_overlaps(*world_); !overlaps.empty()) throw InputError(overlaps);
     if (s.simulation.method == scene::Simulation::Method::dda1988) {
       world_->paper.emplace();
       const coupling::Environment& env = world_->system->environment();
@@ -165,9 +167,6 @@ class Builder {
     const auto missing = [&](const std::string& key, const std::string& value, const std::string& remedy) {
       problem(key, value, "is not there yet in this version", remedy);
     };
-    if (s.coupling.scheme == scene::Coupling::Scheme::one_way && !s.structures.empty())
-      missing("coupling.scheme", "one-way", "use \"two-way\", or \"rigid\" for a fixed surface");
-    if (!s.simulation.initial_state.empty()) missing("simulation.initial_state", s.simulation.initial_state, "run the events in one scene, or resume with --resume");
     if (s.simulation.method == scene::Simulation::Method::dda1988) return;   // its plan says what it leaves out
     const int n = s.laws.materials;
     for (int i = 0; i < n; ++i)
@@ -289,6 +288,7 @@ class Builder {
       coupling::StructurePart part;
       part.material = spec.material;
       part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
+      part.one_way = world_->scene.coupling.scheme == scene::Coupling::Scheme::one_way;
       // The index lives as long as the world does, this builder does not.
       if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
       try {
@@ -306,54 +306,46 @@ class Builder {
     }
   }
 
-  /// Nothing may overlap at the start by more than 1e-9 of the block size.
-  void check_start() {
-    coupling::CoupledSystem& system = *world_->system;
-    const dda::Model& model = system.model();
-    const coupling::SystemState& state = system.state();
-    const int n = static_cast<int>(model.blocks.size());
-    std::vector<Box3> boxes;
-    for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
-    std::vector<std::pair<int, int>> pairs;
-    contact::overlapping_pairs(boxes, pairs);
-    std::vector<coupling::CandidatePair> candidates;
-    using Kind = coupling::Partner::Kind;
-    for (const auto& [i, j] : pairs) {
-      const bool moves_i = model.blocks[static_cast<std::size_t>(i)].ndof() > 0, moves_j = model.blocks[static_cast<std::size_t>(j)].ndof() > 0;
-      if (moves_i || moves_j) candidates.push_back({{Kind::block, moves_j ? i : j}, moves_j ? j : i});
-    }
-    const coupling::Environment& env = system.environment();
-    for (int i = 0; i < n; ++i) {
-      if (model.blocks[static_cast<std::size_t>(i)].ndof() == 0) continue;
-      for (std::size_t q = 0; q < env.planes.size(); ++q) candidates.push_back({{Kind::plane, static_cast<int>(q)}, i});
-      if (env.terrain && env.terrain->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::terrain, 0}, i});
-      for (std::size_t q = 0; q < env.structures.size(); ++q)
-        if (env.structures[q].index->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
-    }
-    std::vector<coupling::Touch> touches;
-    for (const coupling::CandidatePair& c : candidates) {
-      touches.clear();
-      coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
-      double deepest = 0;
-      Vec3 where = Vec3::Zero();
-      for (const coupling::Touch& t : touches)
-        if (-t.at.gap > deepest) {
-          deepest = -t.at.gap;
-          where = t.at.point_b;
+  /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
+  void pair_structures() {
+    const auto& parts = env_.structures;
+    for (int i = 0; i < static_cast<int>(parts.size()); ++i)
+      for (int j = i + 1; j < static_cast<int>(parts.size()); ++j) {
+        const coupling::StructurePart &a = parts[static_cast<std::size_t>(i)], &b = parts[static_cast<std::size_t>(j)];
+        if (a.fixed_surface || b.fixed_surface) continue;
+        const auto& known = world_->scene.law_pairs;
+        if (std::find(known.begin(), known.end(), std::pair(std::min(a.material, b.material), std::max(a.material, b.material))) == known.end()) {
+          world_->notes.push_back(fmt::format("Structures {} and {}: no [[interface]] of their materials, they do not touch each other.", world_->scene.structures[static_cast<std::size_t>(i)].name, world_->scene.structures[static_cast<std::size_t>(j)].name));
+          continue;
         }
-      const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
-      if (deepest <= 1e-9 * 2 * b.shape->radius) continue;
-      std::string other;
-      switch (c.a.kind) {
-        case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
-        case Kind::plane: other = fmt::format("plane {}", c.a.index + 1); break;
-        case Kind::terrain: other = "the terrain"; break;
-        case Kind::structure: other = "structure " + world_->scene.structures[static_cast<std::size_t>(c.a.index)].name; break;
+        const double edge_a = coupling::face_edge(a.index->surface()), edge_b = coupling::face_edge(b.index->surface());
+        const bool first_finer = edge_a < edge_b * (1 - 1e-9) || (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
+        env_.touching_structures.push_back(first_finer ? std::pair(j, i) : std::pair(i, j));
       }
-      problem(fmt::format("block.{}.position", b.name), fmt::format("[{:g}, {:g}, {:g}]", state.blocks.c[static_cast<std::size_t>(c.b)].x(),
-              state.blocks.c[static_cast<std::size_t>(c.b)].y(), state.blocks.c[static_cast<std::size_t>(c.b)].z()),
-              fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other, deepest, where.x(), where.y(), where.z()),
-              fmt::format("move it out by {:.6g} m or more; touching (up to 1e-9 of its size) is allowed", deepest));
+  }
+
+  /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size is not resolved.
+  void warn_of_small_blocks() {
+    constexpr double ratio = 0.5;   // least thickness of a block over the edge of a cell
+    for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+      const double edge = coupling::face_edge(env_.structures[q].structure->surface());
+      int small = 0;
+      const dda::Model::Block* least = nullptr;
+      for (const dda::Model::Block& b : model_.blocks) {
+        if (b.ndof() == 0 || 2 * b.shape->inradius >= ratio * edge) continue;
+        ++small;
+        if (!least || b.shape->inradius < least->shape->inradius) least = &b;
+      }
+      if (!least) continue;
+      Problem p;
+      p.file = world_->scene.file;
+      p.key = fmt::format("structure.{}.cell_size", world_->scene.structures[q].name);
+      p.value = fmt::format("{:.4g} m", edge);
+      p.rule = fmt::format("{} block{} thinner than {:g} of a cell face, {} with {:.3g} m the thinnest: its force spreads over a whole face, so that local "
+                           "stress, damage and indentation come out too small; force and momentum hold", small, small == 1 ? " is" : "s are", ratio, least->name, 2 * least->shape->inradius);
+      p.remedy = fmt::format("take cells of {:.2g} m or less where such blocks strike, or accept it", 2 * least->shape->inradius / ratio);
+      p.severity = Problem::Severity::warning;
+      world_->scene.warnings.push_back(std::move(p));
     }
   }
 

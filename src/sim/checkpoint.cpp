@@ -123,6 +123,15 @@ Checkpoint Simulation::save() const {
       memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.crushed);
     }
   }
+  Writer surfaces(c.numbers["surface_contacts"]);
+  auto& surface_keys = c.integers["surface_contacts"];
+  for (const auto& list : s.surface_contacts) {
+    surface_keys.push_back(static_cast<std::int64_t>(list.size()));
+    for (const coupling::ContactMemory& m : list) {
+      surface_keys.insert(surface_keys.end(), {static_cast<std::int64_t>(m.partner), static_cast<std::int64_t>(m.feature), m.broken ? 1 : 0});
+      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.crushed);
+    }
+  }
   Writer general(c.numbers["general"]);
   general(s.time);
   each_ledger(s.ledger, [&](double x) { general(x); });
@@ -132,7 +141,7 @@ Checkpoint Simulation::save() const {
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
   for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q) {
     const coupling::StructurePart& part = w.system->environment().structures[q];
-    if (part.fixed_surface) continue;
+    if (!part.stepped()) continue;
     part.structure->save(c.numbers[fmt::format("structure{}", q)]);
     // An index that lags behind its skin decides what is near until something comes near: it is history.
     Writer index(c.numbers[fmt::format("index{}", q)]);
@@ -214,6 +223,17 @@ void Simulation::restore(const Checkpoint& c) {
       memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.crushed);
     }
   }
+  Reader surfaces(numbers("surface_contacts"));
+  Counts surface_keys(integers("surface_contacts"));
+  for (auto& list : s.surface_contacts) {
+    list.assign(static_cast<std::size_t>(surface_keys.below(1'000'000)), {});
+    for (coupling::ContactMemory& m : list) {
+      m.partner = static_cast<std::uint64_t>(surface_keys.next());
+      m.feature = static_cast<std::uint64_t>(surface_keys.next());
+      m.broken = surface_keys.next() != 0;
+      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.crushed);
+    }
+  }
   Reader general(numbers("general"));
   general(s.time);
   each_ledger(s.ledger, [&](double& x) { general(x); });
@@ -226,7 +246,7 @@ void Simulation::restore(const Checkpoint& c) {
   auto& structures = w.system->environment().structures;
   for (std::size_t q = 0; q < structures.size(); ++q) {
     coupling::StructurePart& part = structures[q];
-    if (part.fixed_surface) continue;
+    if (!part.stepped()) continue;
     part.structure->restore(numbers(fmt::format("structure{}", q)));
     TriangleSurface skin = part.structure->surface();
     const std::vector<double>& lagging = numbers(fmt::format("index{}", q));

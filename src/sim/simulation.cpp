@@ -206,7 +206,9 @@ std::vector<std::string> Simulation::plan() const {
     for (std::size_t i = 0; i < env.structures.size(); ++i) {
       const Structure& st = *env.structures[i].structure;
       lines.push_back(fmt::format("Structure {}: {} elements, {} degrees of freedom{}.", s.structures[i].name, st.elements(), st.dofs(),
-                                  env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped" : ""));
+                                  env.structures[i].one_way         ? "; blocks strike its undeformed skin as a fixed surface, their loads are put on it afterwards"
+                                  : env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped"
+                                                                    : ""));
       std::string text = st.plan();
       std::size_t from = 0;
       while (from < text.size()) {

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "scene/scene.hpp"
+#include "sim/final_state.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::sim {
@@ -64,6 +65,12 @@ class Simulation {
 
   Checkpoint save() const;
   void restore(const Checkpoint&);
+
+  FinalState final_state() const;
+  /// Starts blocks and structures of the same names from `state` instead of the scene's own; t stays 0 and all works start from zero.
+  /// Returns what was taken over, for the log. Throws InputError if nothing fits, a mesh differs, or bodies overlap then; `file` names
+  /// the source in messages.
+  std::vector<std::string> start_from(const FinalState& state, const std::string& file);
   double time() const;
 
   World& world();

@@ -118,7 +118,7 @@ LedgerRow World::ledger() {
     l.damping_work = c.damping_work;
     l.algorithmic = c.algorithmic;
     for (const coupling::StructurePart& part : system->environment().structures) {
-      if (part.fixed_surface) continue;
+      if (!part.stepped()) continue;
       const StructureEnergy e = part.structure->energy();
       l.kinetic += e.kinetic;
       l.potential += e.gravity_potential;
@@ -126,7 +126,7 @@ LedgerRow World::ledger() {
       l.damping_work += e.damping_work + e.bulk_viscosity_work;
       l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
       l.algorithmic += e.algorithmic;
-      l.external_work += e.external_work;
+      l.external_work += e.external_work + (part.one_way ? e.contact_work : 0);   // recorded loads come from outside
       l.linear_momentum += e.linear_momentum;
       l.angular_momentum += e.angular_momentum;
     }

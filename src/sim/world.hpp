@@ -48,6 +48,9 @@ class World {
   Pose pose(int block) const;
 };
 
+/// Blocks that overlap something at the present state, one problem each.
+std::vector<Problem> initial_overlaps(const World&);
+
 /// Decides what exists. Throws InputError with every problem found.
 std::unique_ptr<World> build(scene::Scene scene, Report report);
 

@@ -43,6 +43,11 @@ for row, speed in ((1, (19.3**2 + 5.2**2) ** 0.5), (2, (12**2 + 3**2) ** 0.5)):
     assert done.returncode == 0, done.stdout + done.stderr
     assert abs(summary(out)["impacts"][0]["speed"] - speed) < 0.2
 
+# The second impact on the pier that the first one has struck.
+done, again = impact("again", f"{source}/scene.toml", "--set", f'simulation.initial_state="{work}/given/results.h5"')
+assert done.returncode == 0, done.stdout + done.stderr
+assert "Structure pier: starts from the last state" in done.stdout, done.stdout
+
 # Bad input: exit code 2, nothing written, the key named.
 for change, key in (('row = 1', "row = 7"), ("point", None)):
     scene = f"{work}/bad.toml"

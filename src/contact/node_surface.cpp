@@ -1,0 +1,43 @@
+#include "contact/node_surface.hpp"
+
+#include <cmath>
+
+#include "contact/surface_index.hpp"
+
+namespace talus::contact {
+
+bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward, double margin, ContactPoint& out) {
+  constexpr double facing = -0.3;    // a cube's corner (averaged normals) faces each of the three planes it can lie on by -0.58
+  constexpr double slack = -1e-9;    // points on a shared side belong to both triangles
+  const SurfaceIndex::Impl& s = index.impl();
+  const Box3 box(x.array() - margin, x.array() + margin);
+  int best = -1;
+  double nearest = margin;
+  s.tree.traverse(
+      [&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
+      [&](int t) {
+        const Vec3& n = s.normal[static_cast<std::size_t>(t)];
+        if (n.dot(outward) > facing) return true;
+        const auto& v = s.surface.triangles[static_cast<std::size_t>(t)];
+        const Vec3 &a = s.surface.vertices[static_cast<std::size_t>(v[0])], &b = s.surface.vertices[static_cast<std::size_t>(v[1])],
+                   &c = s.surface.vertices[static_cast<std::size_t>(v[2])];
+        const double twice = n.dot((b - a).cross(c - a));
+        for (const auto& [p, q] : {std::pair(&b, &c), std::pair(&c, &a), std::pair(&a, &b)})
+          if (n.dot((*p - x).cross(*q - x)) < slack * twice) return true;
+        const double gap = n.dot(x - a);
+        if (std::abs(gap) > nearest || (std::abs(gap) == nearest && best >= 0 && t > best)) return true;
+        nearest = std::abs(gap);
+        best = t;
+        out.gap = gap;
+        out.normal = n;
+        return true;
+      });
+  if (best < 0) return false;
+  out.point_b = x;
+  out.point_a = x - out.gap * out.normal;
+  out.face_a = best;
+  out.face_b = -1;
+  return true;
+}
+
+}  // namespace talus::contact

@@ -1,0 +1,272 @@
+#include "contact/skin_block.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "contact/narrow_math.hpp"
+#include "contact/surface_index.hpp"
+
+namespace talus::contact {
+namespace {
+
+constexpr double along = 0.985;       // cosine up to which faces press on each other (10 degrees)
+constexpr double parallel = 0.9998;   // up to which single vertices and edges add nothing to that
+constexpr double facing = -0.3;       // skin's normal against the direction of a vertex: a cube's corner faces three planes by -0.58
+
+/// What of the skin's shape function of one vertex is covered: area and first moment.
+struct Share {
+  double area = 0;
+  Vec3 moment = Vec3::Zero();
+  int triangle = -1;
+};
+
+/// One face of the block that lies on the skin.
+struct Patch {
+  int face = 0;
+  Vec3 point, normal;   // a point of the block's face; out of the structure
+  double straightest = 1;   // least cosine between both sides' normals
+  std::map<int, Share> shares;   // by skin vertex
+};
+
+class Finder {
+ public:
+  Finder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double margin) : s_(index.impl()), index_(index), block_(block), margin_(margin) {
+    for (const Vec3& x : block.vertices) x_.push_back(pose.world(x));
+    const Mat3 cof = narrow::cofactor(pose.F);
+    for (const Vec3& n : block.face_normals) normal_.push_back((cof * n).normalized());
+    const Box3 box = bounds(block, pose, margin);
+    s_.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
+                     [&](int t) {
+                       if (s_.triangle_box(t).intersects(box)) near_.push_back(t);
+                       return true;
+                     });
+    std::sort(near_.begin(), near_.end());
+  }
+
+  void run(std::vector<Patch>& patches) {
+    for (int f = 0; f < block_.faces(); ++f) {
+      Patch p;
+      p.face = f;
+      p.point = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[static_cast<std::size_t>(f)])])];
+      p.normal = -normal_[static_cast<std::size_t>(f)];
+      for (const int t : near_) cover(p, t);
+      if (!p.shares.empty()) patches.push_back(std::move(p));
+    }
+  }
+
+  /// Contacts of the patch on the nodes of the skin.
+  void add(const Patch& p, std::vector<ContactPoint>& out) const {
+    for (const auto& [vertex, share] : p.shares) {
+      if (!(share.area > 0)) continue;
+      const Vec3& node = s_.surface.vertices[static_cast<std::size_t>(vertex)];
+      ContactPoint c;
+      c.face_a = share.triangle;
+      c.point_a = node;
+      if (!covers(p, node)) {
+        const Vec3 centre = share.moment / share.area;
+        c.face_a = index_.triangle_at(centre);
+        c.point_a = on_triangle(c.face_a, centre);
+      }
+      c.normal = p.normal;
+      c.gap = p.normal.dot(p.point - c.point_a);
+      if (c.gap > margin_) continue;
+      c.point_b = c.point_a + c.gap * p.normal;
+      c.area = share.area;
+      c.key = (std::uint64_t{7} << 60) | (static_cast<std::uint64_t>(p.face) << 30) | static_cast<std::uint64_t>(vertex);
+      c.face_b = p.face;
+      out.push_back(c);
+    }
+  }
+
+  /// Vertices of the block over faces of the skin that they face: the nearest one, and others of another direction that are as near
+  /// (inner corners). Not vertices of a face that lies flat on the skin.
+  void add_vertices(const std::vector<Patch>& patches, std::vector<ContactPoint>& out) {
+    struct Candidate { int triangle; double gap; };
+    std::vector<Candidate> found;
+    for (std::size_t v = 0; v < x_.size(); ++v) {
+      const int first = block_.vertex_edge_offset[v], last = block_.vertex_edge_offset[v + 1];
+      Vec3 outward = Vec3::Zero();
+      bool flat = false;
+      for (int i = first; i < last; ++i) {
+        const auto& e = block_.edges[static_cast<std::size_t>(block_.vertex_edges[static_cast<std::size_t>(i)])];
+        for (const int f : {e.left, e.right}) {
+          outward += normal_[static_cast<std::size_t>(f)];
+          for (const Patch& p : patches) flat = flat || (p.face == f && p.straightest > parallel);
+        }
+      }
+      if (flat || first == last || !(outward.norm() > 1e-6)) continue;
+      outward.normalize();
+      found.clear();
+      for (const int t : near_) {
+        const Vec3& n = s_.normal[static_cast<std::size_t>(t)];
+        if (n.dot(outward) > facing) continue;
+        const double gap = n.dot(x_[v] - s_.surface.vertices[static_cast<std::size_t>(s_.surface.triangles[static_cast<std::size_t>(t)][0])]);
+        if (gap > margin_ || gap < -0.5 * block_.inradius || barycentric(t, x_[v]).minCoeff() < -1e-9) continue;
+        found.push_back({t, gap});
+      }
+      std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return std::abs(a.gap) < std::abs(b.gap); });
+      std::vector<Vec3> taken;
+      for (const Candidate& q : found) {
+        const Vec3& n = s_.normal[static_cast<std::size_t>(q.triangle)];
+        if (!taken.empty() && std::abs(q.gap) > 2 * std::abs(found[0].gap) + 1e-6 * block_.radius) break;
+        if (std::any_of(taken.begin(), taken.end(), [&](const Vec3& m) { return m.dot(n) > 0.8; })) continue;
+        ContactPoint c;
+        c.face_a = q.triangle;
+        c.point_a = on_triangle(q.triangle, x_[v]);
+        c.point_b = x_[v];
+        c.normal = n;
+        c.gap = n.dot(c.point_b - c.point_a);
+        c.area = 0;
+        c.key = (std::uint64_t{8} << 60) | (static_cast<std::uint64_t>(taken.size()) << 30) | static_cast<std::uint64_t>(v);
+        taken.push_back(n);
+        out.push_back(c);
+      }
+      if (!taken.empty()) handled_.push_back(static_cast<int>(v));
+    }
+  }
+
+  /// True if a contact of the general search is at a vertex that has been dealt with.
+  bool at_handled_vertex(const ContactPoint& c) const {
+    for (const int v : handled_)
+      if ((c.point_b - x_[static_cast<std::size_t>(v)]).norm() < 2 * std::max(0.0, -c.gap) + 1e-5 * block_.radius) return true;
+    return false;
+  }
+
+  /// True if a vertex or edge contact says nothing that the patch does not.
+  bool contained(const Patch& p, const ContactPoint& c) const {
+    const double deep = std::max(0.0, -c.gap) + 1e-6 * block_.radius;
+    if (std::abs(p.normal.dot(c.point_b - p.point)) > deep) return false;   // not of this face
+    const double aligned = c.normal.dot(p.normal);
+    if (aligned > 0.866) return p.straightest > parallel;
+    if (std::abs(aligned) > 0.5) return false;
+    // Beside the face: an obstacle only if it rises above the skin that the face lies on.
+    const auto& tri = s_.surface.triangles[static_cast<std::size_t>(c.face_a >= 0 ? c.face_a : index_.triangle_at(c.point_a))];
+    for (const int v : tri)
+      if (p.normal.dot(s_.surface.vertices[static_cast<std::size_t>(v)] - p.point) > 2 * deep) return false;
+    return true;
+  }
+
+ private:
+  /// Inward distances of x from the sides of a triangle of the block's face, seen along it.
+  double inside(const std::array<int, 3>& u, const Vec3& outward, const Vec3& x, int side) const {
+    const Vec3 &a = x_[static_cast<std::size_t>(u[static_cast<std::size_t>(side)])], &b = x_[static_cast<std::size_t>(u[static_cast<std::size_t>((side + 1) % 3)])];
+    return outward.cross(b - a).normalized().dot(x - a);
+  }
+
+  bool covers(const Patch& p, const Vec3& x) const {
+    const double slack = -1e-6 * block_.radius;
+    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
+      if (block_.triangle_face[k] != p.face) continue;
+      bool all = true;
+      for (int side = 0; side < 3 && all; ++side) all = inside(block_.triangles[k], -p.normal, x, side) >= slack;
+      if (all) return true;
+    }
+    return false;
+  }
+
+  Vec3 on_triangle(int t, const Vec3& x) const {
+    const Vec3 l = barycentric(t, x).cwiseMax(0.0);
+    const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
+    Vec3 p = Vec3::Zero();
+    for (int k = 0; k < 3; ++k) p += l[k] / l.sum() * s_.surface.vertices[static_cast<std::size_t>(v[static_cast<std::size_t>(k)])];
+    return p;
+  }
+
+  Vec3 barycentric(int t, const Vec3& x) const {
+    const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
+    const Vec3 &a = s_.surface.vertices[static_cast<std::size_t>(v[0])], &b = s_.surface.vertices[static_cast<std::size_t>(v[1])],
+               &c = s_.surface.vertices[static_cast<std::size_t>(v[2])];
+    const Vec3 n = (b - a).cross(c - a);
+    return Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / n.squaredNorm();
+  }
+
+  void cover(Patch& p, int t) {
+    const double cosine = s_.normal[static_cast<std::size_t>(t)].dot(p.normal);
+    if (cosine < along) return;
+    const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
+    const Vec3 corner[3] = {s_.surface.vertices[static_cast<std::size_t>(v[0])], s_.surface.vertices[static_cast<std::size_t>(v[1])], s_.surface.vertices[static_cast<std::size_t>(v[2])]};
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Vec3& x : corner) nearest = std::min(nearest, p.normal.dot(p.point - x));
+    if (nearest > margin_ || nearest < -0.5 * block_.inradius) return;
+    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
+      if (block_.triangle_face[k] != p.face) continue;
+      polygon_.assign(corner, corner + 3);
+      for (int side = 0; side < 3 && !polygon_.empty(); ++side) clip(block_.triangles[k], -p.normal, side);
+      if (polygon_.size() < 3) continue;
+      p.straightest = std::min(p.straightest, cosine);
+      for (std::size_t i = 1; i + 1 < polygon_.size(); ++i) share(p, t, polygon_[0], polygon_[i], polygon_[i + 1]);
+    }
+  }
+
+  void clip(const std::array<int, 3>& u, const Vec3& outward, int side) {
+    next_.clear();
+    for (std::size_t i = 0; i < polygon_.size(); ++i) {
+      const Vec3 &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
+      const double da = inside(u, outward, a, side), db = inside(u, outward, b, side);
+      if (da >= 0) next_.push_back(a);
+      if ((da >= 0) != (db >= 0)) next_.push_back(a + da / (da - db) * (b - a));
+    }
+    polygon_.swap(next_);
+  }
+
+  /// Adds a covered piece of triangle t to its vertices; the centre of a face hands a quarter to each of its nodes.
+  void share(Patch& p, int t, const Vec3& a, const Vec3& b, const Vec3& c) {
+    const double area = 0.5 * std::abs(p.normal.dot((b - a).cross(c - a)));
+    if (!(area > 1e-14 * block_.radius * block_.radius)) return;
+    const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
+    for (const Vec3& x : {Vec3(0.5 * (a + b)), Vec3(0.5 * (b + c)), Vec3(0.5 * (c + a))}) {   // exact for N_i x
+      const Vec3 l = barycentric(t, x);
+      for (int k = 0; k < 3; ++k) {
+        const int vertex = v[static_cast<std::size_t>(k)];
+        const double part = area / 3 * l[k];
+        if (s_.surface.nodes[static_cast<std::size_t>(vertex)].count == 1) {
+          give(p, vertex, t, part, x);
+        } else {
+          for (int q = 0; q < 4; ++q) {   // the four triangles of a face follow each other
+            const int sibling = 4 * (t / 4) + q;
+            give(p, s_.surface.triangles[static_cast<std::size_t>(sibling)][0], sibling, 0.25 * part, x);
+          }
+        }
+      }
+    }
+  }
+
+  static void give(Patch& p, int vertex, int t, double part, const Vec3& x) {
+    Share& share = p.shares[vertex];
+    share.area += part;
+    share.moment += part * x;
+    share.triangle = t;
+  }
+
+  const SurfaceIndex::Impl& s_;
+  const SurfaceIndex& index_;
+  const Polyhedron& block_;
+  double margin_;
+  std::vector<Vec3> x_, normal_;
+  std::vector<int> near_, handled_;
+  std::vector<Vec3> polygon_, next_;
+};
+
+}  // namespace
+
+int skin_block(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double margin, std::vector<ContactPoint>& out) {
+  const std::size_t before = out.size();
+  thread_local std::vector<ContactPoint> points;
+  points.clear();
+  surface_block(index, B, pose_b, margin, points);
+  std::vector<Patch> patches;
+  Finder finder(index, B, pose_b, margin);
+  finder.run(patches);
+  for (const Patch& p : patches) finder.add(p, out);
+  finder.add_vertices(patches, out);
+  for (const ContactPoint& c : points) {
+    bool said = c.area == 0 && finder.at_handled_vertex(c);
+    for (const Patch& p : patches) said = said || (c.area > 0 ? c.face_b < 0 || c.face_b == p.face : finder.contained(p, c));
+    if (!said) out.push_back(c);
+  }
+  return static_cast<int>(out.size() - before);
+}
+
+}  // namespace talus::contact

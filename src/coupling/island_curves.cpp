@@ -1,0 +1,116 @@
+// Contact springs as rows: linear ones exactly, curved ones and those at a structure by their tangent at the predicted end.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+/// n . J A^-1 J^T n of the row that is being made [1/kg].
+double IslandStepper::normal_compliance(const contact::ProblemContact& c) const {
+  double sum = 0;
+  for (int k = 0; k < c.terms; ++k) {
+    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+    const double* j = problem_.jacobians.data() + term.jacobian;
+    if (term.body < static_cast<int>(bodies_.size())) {
+      const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+      Vec12 row = Vec12::Zero();
+      for (int i = 0; i < b.ndof; ++i) row[i] = j[3 * i];
+      sum += row.head(b.ndof).dot(b.free.inverse.topLeftCorner(b.ndof, b.ndof) * row.head(b.ndof));
+    } else {
+      const NodeBody& n = nodes_[static_cast<std::size_t>(term.body) - bodies_.size()];
+      sum += (j[0] * j[0] + j[3] * j[3] + j[6] * j[6]) / n.mass;
+    }
+  }
+  return sum;
+}
+
+/// Whether the step resolves the contact's own oscillation, so that the rule without loss may be used.
+bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c, double h) const {
+  return h * h * std::max(t.stiffness, t.normal_law.slope(-t.gap_ref)) * normal_compliance(c) < 1;
+}
+
+/// A block on springs at a structure: its force rises within a quarter of the period of the block on all of them [s].
+double IslandStepper::rise_limit() const {
+  std::vector<double> stiffness(bodies_.size(), 0.0);
+  for (const Touch& t : touches_)
+    if (t.b >= 0 && t.stiffness > 0 && deformable_structure(t)) {
+      // In series with the touched cell, which a stiffer spring does not outrun.
+      const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+      const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
+      stiffness[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])] += t.stiffness * cell / (t.stiffness + cell);
+    }
+  double limit = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (stiffness[i] > 0) {
+      const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
+      limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / stiffness[i]) / settings_.exchanges_per_rise);
+    }
+  return limit;
+}
+
+/// The rule without loss at a structure; where the step does not resolve the contact, the force at the end.
+void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, bool first_pass) {
+  t.theta = 1;
+  if (first_pass && !conserving(t, c, h)) t.mode = Mode::spring_end;
+  // p = h (F(x) - dashpot x velocity), F by its tangent at the indentation that the last force leads to.
+  const double warm = first_pass ? t.frame.col(0).dot(t.warm) * h : t.impulse[0];
+  double end = -(t.gap_ref + (first_pass ? h * normal_compliance(c) * std::max(0.0, warm) : 0.0)), force = 0, slope = 0;
+  double share = 1;   // of the dashpot's velocity that is the end's
+  if (t.mode == Mode::spring_secant) {
+    force = t.normal_law.secant(-t.at.gap + h * t.approach, end, slope);
+    share = 0.5;
+  } else {
+    force = t.normal_law.force(std::max(end, 0.0));
+    slope = t.normal_law.slope(end);
+  }
+  if (!(slope > 0) || end <= 0) {
+    // Open as far as can be told: from zero, with the slope of the way it could still go.
+    const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
+    end = force = 0;
+    slope = t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
+    slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
+  }
+  t.indentation = end;
+  c.compliance[0] = 1 / (h * h * slope + share * h * t.dashpot);
+  c.bias[0] = -c.compliance[0] * (h * force - h * slope * (t.gap_ref + end - h * t.u_ref) - (1 - share) * h * t.dashpot * t.approach);
+}
+
+/// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref.
+void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) const {
+  const Vec3 d = t.frame.transpose() * t.shear;   // elongation at the start
+  for (int i = 1; i < 3; ++i) {
+    if (t.mode == Mode::spring_mean) {
+      c.compliance[i] = 4 / (h * h * t.shear_stiffness);
+      c.bias[i] = 2 * (2 * d[i] + moved[i]) / h - u_ref[i];
+    } else {
+      c.compliance[i] = 1 / (h * h * t.shear_stiffness);
+      c.bias[i] = (d[i] + moved[i]) / h - u_ref[i];
+    }
+  }
+}
+
+double IslandStepper::normal_energy_at_end(const Touch& t) const {
+  const double end = t.impulse[0] > 0 ? t.normal_law.stored(t.indentation) : 0;
+  // A leapfrog's energy is that of the half step: the mean of both ends.
+  if (t.mode == Mode::spring_secant) return 0.5 * (t.normal_law.stored(-t.at.gap) + end);
+  return end;
+}
+
+double IslandStepper::spring_energy_at_end(const Touch& t, double h) const {
+  return normal_energy_at_end(t) + (t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * shear_at_end(t, h).squaredNorm() : 0.0);
+}
+
+Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
+  // Mean (or end) force over the step names the elongation; sliding shortens it to what friction holds.
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
+  const Vec3 held = -force / (h * t.shear_stiffness);
+  const double limit = c.friction * c.impulse[0] + c.cohesion;
+  const bool slides = c.impulse.tail<2>().norm() >= limit * (1 - 1e-9);
+  if (t.mode == Mode::spring_mean && !slides) return 2 * held - t.shear;
+  return held;
+}
+
+}  // namespace talus::coupling

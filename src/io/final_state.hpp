@@ -1,0 +1,20 @@
+/// The end of a run inside its results.h5, for key simulation.initial_state of a later scene.
+///
+///   /state/blocks/NAME                 [25] c, v, w, q (x, y, z, w), strain, strain rate
+///   /state/structures/NAME/nodes       [n, 3] reference positions, m
+///   /state/structures/NAME/history     [m] everything the structure remembers
+#pragma once
+#include <filesystem>
+#include <string>
+
+#include "sim/final_state.hpp"
+
+namespace talus::io {
+
+/// Adds the state to a results.h5 that is complete. Throws WriteError.
+void write_final_state(const std::filesystem::path& results, const sim::FinalState& state);
+
+/// Throws InputError: no such file, no results of a run that has ended, damaged.
+sim::FinalState read_final_state(const std::filesystem::path& results);
+
+}  // namespace talus::io

@@ -1,0 +1,95 @@
+// Nothing may overlap at the start by more than 1e-9 of the block size; no block lies inside a structure, no structure in a block.
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "coupling/touch.hpp"
+#include "sim/world.hpp"
+
+namespace talus::sim {
+
+namespace {
+
+/// Solid angle of a closed triangulated surface seen from x over 4 pi: 1 inside, 0 outside [vanoosterom1983].
+double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const Vec3& x) {
+  double sum = 0;
+  for (const auto& t : triangles) {
+    const Vec3 a = vertices[static_cast<std::size_t>(t[0])] - x, b = vertices[static_cast<std::size_t>(t[1])] - x, c = vertices[static_cast<std::size_t>(t[2])] - x;
+    const double na = a.norm(), nb = b.norm(), nc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), na * nb * nc + a.dot(b) * nc + b.dot(c) * na + c.dot(a) * nb);
+  }
+  return sum / (4 * M_PI);
+}
+
+/// Whether one of the two bodies lies wholly inside the other, where no faces meet.
+bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSurface& skin) {
+  std::vector<Vec3> corners;
+  for (const Vec3& x : block.shape->vertices) corners.push_back(pose.world(x));
+  return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 || winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
+}
+
+}  // namespace
+
+std::vector<Problem> initial_overlaps(const World& world) {
+  const coupling::CoupledSystem& system = *world.system;
+  std::vector<Problem> problems;
+  const dda::Model& model = system.model();
+  const coupling::SystemState& state = system.state();
+  const int n = static_cast<int>(model.blocks.size());
+  std::vector<Box3> boxes;
+  for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state.blocks, i), 0));
+  std::vector<std::pair<int, int>> pairs;
+  contact::overlapping_pairs(boxes, pairs);
+  std::vector<coupling::CandidatePair> candidates;
+  using Kind = coupling::Partner::Kind;
+  for (const auto& [i, j] : pairs) {
+    const bool moves_i = model.blocks[static_cast<std::size_t>(i)].ndof() > 0, moves_j = model.blocks[static_cast<std::size_t>(j)].ndof() > 0;
+    if (moves_i || moves_j) candidates.push_back({{Kind::block, moves_j ? i : j}, moves_j ? j : i});
+  }
+  const coupling::Environment& env = system.environment();
+  for (int i = 0; i < n; ++i) {
+    if (model.blocks[static_cast<std::size_t>(i)].ndof() == 0) continue;
+    for (std::size_t q = 0; q < env.planes.size(); ++q) candidates.push_back({{Kind::plane, static_cast<int>(q)}, i});
+    if (env.terrain && env.terrain->overlaps(boxes[static_cast<std::size_t>(i)])) candidates.push_back({{Kind::terrain, 0}, i});
+    for (std::size_t q = 0; q < env.structures.size(); ++q)
+      if (boxes[static_cast<std::size_t>(i)].intersects(env.structures[q].index->bounds())) candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
+  }
+  std::vector<coupling::Touch> touches;
+  for (const coupling::CandidatePair& c : candidates) {
+    touches.clear();
+    coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
+    double deepest = 0;
+    Vec3 where = Vec3::Zero();
+    for (const coupling::Touch& t : touches)
+      if (-t.at.gap > deepest) {
+        deepest = -t.at.gap;
+        where = t.at.point_b;
+      }
+    const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
+    bool inside = false;
+    if (c.a.kind == Kind::structure && touches.empty()) {
+      inside = enclosed(b, dda::pose(state.blocks, c.b), env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
+      where = state.blocks.c[static_cast<std::size_t>(c.b)];
+    }
+    if (!inside && deepest <= 1e-9 * 2 * b.shape->radius) continue;
+    std::string other;
+    switch (c.a.kind) {
+      case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
+      case Kind::plane: other = fmt::format("plane {}", c.a.index + 1); break;
+      case Kind::terrain: other = "the terrain"; break;
+      case Kind::structure: other = "structure " + world.scene.structures[static_cast<std::size_t>(c.a.index)].name; break;
+    }
+    Problem p;
+    const Vec3& at = state.blocks.c[static_cast<std::size_t>(c.b)];
+    p.file = world.scene.file;
+    p.key = fmt::format("block.{}.position", b.name);
+    p.value = fmt::format("[{:g}, {:g}, {:g}]", at.x(), at.y(), at.z());
+    p.rule = fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other, deepest, where.x(), where.y(), where.z());
+    if (inside) p.rule = fmt::format("it and {} lie one inside the other at the start", other);
+    p.remedy = inside ? std::string("move it out") : fmt::format("move it out by {:.6g} m or more; touching (up to 1e-9 of its size) is allowed", deepest);
+    problems.push_back(std::move(p));
+  }
+  return problems;
+}
+
+}  // namespace talus::sim

@@ -1,0 +1,79 @@
+// The end of one run as the start of another.
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "core/error.hpp"
+#include "sim/simulation.hpp"
+#include "sim/world.hpp"
+
+namespace talus::sim {
+
+FinalState Simulation::final_state() const {
+  FinalState state;
+  const coupling::CoupledSystem& system = *world_->system;
+  const dda::State& s = system.state().blocks;
+  for (std::size_t i = 0; i < system.model().blocks.size(); ++i)
+    state.blocks[system.model().blocks[i].name] = {s.c[i], s.v[i], s.w[i], s.q[i], s.eps[i], s.eps_rate[i]};
+  const auto& parts = system.environment().structures;
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    if (!parts[q].stepped()) continue;   // it has no history
+    FinalState::Structure& out = state.structures[world_->scene.structures[q].name];
+    out.nodes = parts[q].structure->snapshot().nodes;
+    parts[q].structure->save(out.history);
+  }
+  return state;
+}
+
+std::vector<std::string> Simulation::start_from(const FinalState& state, const std::string& file) {
+  World& w = *world_;
+  std::vector<std::string> lines;
+  std::vector<Problem> problems;
+  const auto problem = [&](std::string rule, std::string remedy) {
+    Problem p;
+    p.file = w.scene.file;
+    p.key = "simulation.initial_state";
+    p.value = file;
+    p.rule = std::move(rule);
+    p.remedy = std::move(remedy);
+    problems.push_back(std::move(p));
+  };
+  dda::State& s = w.system->state().blocks;
+  for (std::size_t i = 0; i < w.system->model().blocks.size(); ++i) {
+    const std::string& name = w.system->model().blocks[i].name;
+    const auto found = state.blocks.find(name);
+    if (found == state.blocks.end()) continue;
+    const FinalState::Block& b = found->second;
+    s.c[i] = b.c, s.v[i] = b.v, s.w[i] = b.w, s.q[i] = b.q, s.eps[i] = b.eps, s.eps_rate[i] = b.eps_rate;
+    lines.push_back(fmt::format("Block {}: starts from the last state in {}.", name, file));
+  }
+  auto& parts = w.system->environment().structures;
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const std::string& name = w.scene.structures[q].name;
+    const auto found = state.structures.find(name);
+    if (found == state.structures.end() || !parts[q].stepped()) continue;
+    Structure& structure = *parts[q].structure;
+    const std::vector<Vec3> nodes = structure.snapshot().nodes;
+    if (nodes != found->second.nodes) {
+      problem(fmt::format("structure {} has another mesh there ({} nodes, here {})", name, found->second.nodes.size(), nodes.size()),
+              "give the structure the geometry and cell size it had in that run");
+      continue;
+    }
+    try {
+      structure.restore(found->second.history);
+    } catch (const NumericalFailure&) {
+      problem(fmt::format("the state of structure {} has another form than here", name), "give it the damage law, bars and loads it had in that run");
+      continue;
+    }
+    structure.start_over();
+    if (!parts[q].fixed_surface) parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
+    lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.", name, file, structure.damage_max()));
+  }
+  if (problems.empty() && lines.empty()) problem("it holds no block and no structure of this scene", "give blocks or structures the names they had in that run");
+  if (problems.empty()) problems = initial_overlaps(w);
+  if (!problems.empty()) throw InputError(problems);
+  w.notes.insert(w.notes.end(), lines.begin(), lines.end());
+  return lines;
+}
+
+}  // namespace talus::sim
