@@ -1,117 +1,166 @@
-/// Static bounding-volume tree over boxes, in Morton order: built once, refitted when the boxes move. Internal to src/contact.
+/// Static bounding-volume tree over boxes, split at the median along the longer side: built once, refitted when the boxes move. Internal to
+/// src/contact.
 ///
-/// Nodes lie in depth-first order: the left child follows its parent, every child comes after its parent, so one backward
-/// sweep refits. Leaves hold up to four primitives.
+/// Made for queries that find it in memory rather than in the cache: boxes in single precision, rounded outward; the two children of a node beside
+/// each other in one line of memory; subtrees in one piece. Leaves hold up to four primitives.
 #pragma once
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <limits>
 #include <vector>
 
+#include "contact/large_pages.hpp"
 #include "core/types.hpp"
 
 namespace talus::contact {
 
 class BoxTree {
  public:
-  struct Node {
-    Vec3 lo, hi;
-    int right;   // second child; -1 for a leaf
-    int first, count;
-  };
-
-  /// box(i) gives the box of primitive i.
+  /// box(i) gives the box of primitive i. The order of the primitives depends on their boxes, and on their numbers only where centres coincide.
   template <class BoxOf>
   void build(int count, BoxOf&& box) {
-    nodes_.clear();
+    pairs_.clear();
+    reserve_on_large_pages(order_, static_cast<std::size_t>(count));
     order_.resize(static_cast<std::size_t>(count));
+    bounds_.setEmpty();
     if (count == 0) return;
-    Box3 all;
-    std::vector<Vec3> centre(static_cast<std::size_t>(count));
-    for (int i = 0; i < count; ++i) {
-      centre[i] = box(i).center();
-      all.extend(centre[i]);
-    }
-    const double scale = 2097151.0 / std::max(all.sizes().maxCoeff(), 1e-300);
-    std::vector<std::pair<std::uint64_t, int>> code(static_cast<std::size_t>(count));
-    for (int i = 0; i < count; ++i) {
-      const Vec3 u = (centre[i] - all.min()) * scale;
-      code[i] = {spread(u.x()) | spread(u.y()) << 1 | spread(u.z()) << 2, i};
-    }
-    std::sort(code.begin(), code.end());
-    for (int i = 0; i < count; ++i) order_[i] = code[i].second;
-    nodes_.reserve(static_cast<std::size_t>(count));
-    split(0, count);
+    std::vector<Centre> centres(static_cast<std::size_t>(count));
+    for (int i = 0; i < count; ++i) centres[static_cast<std::size_t>(i)] = {box(i).center(), i};
+    reserve_on_large_pages(pairs_, static_cast<std::size_t>(count) / 2 + 1);
+    pairs_.resize(1);  // the root has no sibling
+    split({0, 0}, centres.data(), 0, count);
+    for (int i = 0; i < count; ++i) order_[static_cast<std::size_t>(i)] = centres[static_cast<std::size_t>(i)].primitive;
     refit(box);
   }
 
   template <class BoxOf>
   void refit(BoxOf&& box) {
-    for (int k = static_cast<int>(nodes_.size()) - 1; k >= 0; --k) {
-      Node& n = nodes_[k];
-      if (n.right < 0) {
-        Box3 b;
-        for (int i = n.first; i < n.first + n.count; ++i) b.extend(box(order_[i]));
-        n.lo = b.min(), n.hi = b.max();
-      } else {
-        const Node &l = nodes_[k + 1], &r = nodes_[n.right];
-        n.lo = l.lo.cwiseMin(r.lo), n.hi = l.hi.cwiseMax(r.hi);
-      }
-    }
+    for (std::size_t k = pairs_.size(); k-- > 0;)
+      for (Node& n : pairs_[k].node) fit(n, box);
+    bounds_.setEmpty();
+    for (const int i : order_) bounds_.extend(box(i));
   }
 
-  /// Calls visit(primitive) for every primitive of every leaf that `touches(lo, hi)`; stops early if visit returns false.
+  /// Calls visit(primitive) for every primitive of every leaf that `touches(lo, hi)`, whose box may be larger than that of its primitives by
+  /// the rounding; stops early if visit returns false.
   template <class Touches, class Visit>
   bool traverse(Touches&& touches, Visit&& visit) const {
-    if (nodes_.empty()) return true;
-    int stack[64];
+    const auto leaf = [&](const Node& n) {
+      for (int i = n.first; i < n.first + n.count; ++i)
+        if (!visit(order_[static_cast<std::size_t>(i)])) return false;
+      return true;
+    };
+    return walk(touches, leaf);
+  }
+
+  /// The same, all leaves known before the first visit: what a primitive needs is on its way from memory meanwhile, if announce(primitive) asks for it.
+  template <class Touches, class Announce, class Visit>
+  void traverse_ahead(Touches&& touches, Announce&& announce, Visit&& visit) const {
+    thread_local std::vector<int> found;
+    found.clear();
+    walk(touches, [&](const Node& n) {
+      for (int i = n.first; i < n.first + n.count; ++i) announce(found.emplace_back(order_[static_cast<std::size_t>(i)]));
+      return true;
+    });
+    for (const int i : found) visit(i);
+  }
+
+  const Box3& bounds() const { return bounds_; }
+  /// The primitives as they lie in the leaves.
+  const std::vector<int>& order() const { return order_; }
+
+ private:
+  using Vec3f = Eigen::Vector3f;
+  static constexpr int leaf_size = 4;
+  static constexpr int inner = 0;
+  struct Node {
+    Vec3f lo = Vec3f::Constant(std::numeric_limits<float>::infinity()), hi = -lo;
+    int first = 0;   // of its primitives in `order_`; of an inner node, the pair of its children
+    int count = -1;  // primitives of a leaf
+  };
+  struct alignas(64) Pair {
+    Node node[2];
+  };
+  struct Place {
+    std::size_t pair;
+    int side;
+  };
+  struct Centre {
+    Vec3 x;
+    int primitive;
+  };
+
+  static float rounded_down(double x) {
+    const float f = static_cast<float>(x);
+    return static_cast<double>(f) <= x ? f : std::nextafter(f, -std::numeric_limits<float>::infinity());
+  }
+
+  Node& at(Place p) { return pairs_[p.pair].node[p.side]; }
+
+  template <class BoxOf>
+  void fit(Node& n, BoxOf& box) {
+    if (n.count == inner) {
+      const Pair& children = pairs_[static_cast<std::size_t>(n.first)];
+      n.lo = children.node[0].lo.cwiseMin(children.node[1].lo), n.hi = children.node[0].hi.cwiseMax(children.node[1].hi);
+      return;
+    }
+    Box3 b;
+    for (int i = n.first; i < n.first + n.count; ++i) b.extend(box(order_[static_cast<std::size_t>(i)]));
+    for (int d = 0; d < 3 && n.count > 0; ++d) n.lo[d] = rounded_down(b.min()[d]), n.hi[d] = -rounded_down(-b.max()[d]);
+  }
+
+  void split(Place self, Centre* centres, int first, int count) {
+    at(self).first = first, at(self).count = count;
+    Centre *begin = centres + first, *end = begin + count;
+    if (count <= leaf_size) {
+      std::sort(begin, end, [](const Centre& a, const Centre& b) { return a.primitive < b.primitive; });
+      return;
+    }
+    Box3 box;
+    for (const Centre* c = begin; c != end; ++c) box.extend(c->x);
+    int axis = 0;
+    box.sizes().maxCoeff(&axis);
+    const int half = (count / 2 + leaf_size - 1) / leaf_size * leaf_size;  // full leaves on the left
+    std::nth_element(begin, begin + half, end, [axis](const Centre& a, const Centre& b) {
+      for (int k = 0; k < 3; ++k)
+        if (const int d = (axis + k) % 3; a.x[d] != b.x[d]) return a.x[d] < b.x[d];
+      return a.primitive < b.primitive;
+    });
+    const std::size_t pair = pairs_.size();
+    at(self).first = static_cast<int>(pair), at(self).count = inner;
+    pairs_.emplace_back();
+    split({pair, 0}, centres, first, half);
+    split({pair, 1}, centres, first + half, count - half);
+  }
+
+  /// Calls leaf(node) for the leaves that touch, from the first to the last; stops where it returns false.
+  template <class Touches, class Leaf>
+  bool walk(Touches& touches, Leaf&& leaf) const {
+    if (pairs_.empty()) return true;
+    const auto meets = [&](const Node& n) { return touches(Vec3(n.lo.cast<double>()), Vec3(n.hi.cast<double>())); };
+    const Node* stack[64];
     int top = 0;
-    stack[top++] = 0;
+    if (meets(pairs_[0].node[0])) stack[top++] = &pairs_[0].node[0];
     while (top > 0) {
-      const int k = stack[--top];
-      const Node& n = nodes_[k];
-      if (!touches(n.lo, n.hi)) continue;
-      if (n.right < 0) {
-        for (int i = n.first; i < n.first + n.count; ++i)
-          if (!visit(order_[i])) return false;
-      } else {
-        stack[top++] = n.right;
-        stack[top++] = k + 1;
+      const Node& n = *stack[--top];
+      if (n.count != inner) {
+        if (!leaf(n)) return false;
+        continue;
+      }
+      const Pair& children = pairs_[static_cast<std::size_t>(n.first)];
+      for (int side = 1; side >= 0; --side) {
+        const Node& child = children.node[side];
+        if (!meets(child)) continue;
+        if (child.count == inner) __builtin_prefetch(&pairs_[static_cast<std::size_t>(child.first)]);
+        stack[top++] = &child;
       }
     }
     return true;
   }
 
-  Box3 bounds() const { return nodes_.empty() ? Box3() : Box3(nodes_[0].lo, nodes_[0].hi); }
-  bool empty() const { return nodes_.empty(); }
-  const std::vector<Node>& nodes() const { return nodes_; }
-  const std::vector<int>& order() const { return order_; }
-
- private:
-  static constexpr int leaf_size = 4;
-
-  static std::uint64_t spread(double u) {
-    std::uint64_t x = static_cast<std::uint64_t>(std::clamp(u, 0.0, 2097151.0));
-    x = (x | x << 32) & 0x1f00000000ffffull;
-    x = (x | x << 16) & 0x1f0000ff0000ffull;
-    x = (x | x << 8) & 0x100f00f00f00f00full;
-    x = (x | x << 4) & 0x10c30c30c30c30c3ull;
-    x = (x | x << 2) & 0x1249249249249249ull;
-    return x;
-  }
-
-  void split(int first, int count) {
-    const int self = static_cast<int>(nodes_.size());
-    nodes_.push_back({Vec3::Zero(), Vec3::Zero(), -1, first, count});
-    if (count <= leaf_size) return;
-    const int half = (count / 2 + leaf_size - 1) / leaf_size * leaf_size;  // full leaves on the left
-    split(first, half);
-    nodes_[self].right = static_cast<int>(nodes_.size());
-    split(first + half, count - half);
-  }
-
-  std::vector<Node> nodes_;
+  std::vector<Pair> pairs_;
   std::vector<int> order_;
+  Box3 bounds_;
 };
 
 }  // namespace talus::contact

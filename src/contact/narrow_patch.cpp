@@ -70,16 +70,27 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
   thread_local std::vector<int> ids;
   ids.clear();
   const Box3 world(Vec3(box.min() + origin), Vec3(box.max() + origin));
-  s.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return boxes_meet(lo, hi, world); },
+  const auto& T = s.surface.triangles;
+  const auto& X = s.surface.vertices;
+  // A large terrain lies in memory, not in the cache: what a stage reads is asked for during the one before.
+  const auto announce = [&](int t) {
+    __builtin_prefetch(&T[t]);
+    __builtin_prefetch(&s.normal[t]);
+    __builtin_prefetch(&s.twin[3 * t]);
+  };
+  s.tree.traverse_ahead([&](const Vec3& lo, const Vec3& hi) { return boxes_meet(lo, hi, world); }, announce,
                   [&](int t) {
                     const auto b = s.triangle_box(t);
                     if (boxes_meet(b.min(), b.max(), world)) ids.push_back(t);
-                    return true;
                   });
   if (ids.empty()) return;
   std::sort(ids.begin(), ids.end());
-  const auto& T = s.surface.triangles;
-  const auto& X = s.surface.vertices;
+  for (const int t : ids) {
+    __builtin_prefetch(&s.group[t]);
+    for (const int v : T[t]) __builtin_prefetch(&s.vertex_offset[v]);
+    for (int k = 0; k < 3; ++k)
+      if (const int w = s.twin[3 * t + k]; w >= 0) announce(w / 3), __builtin_prefetch(&s.group[w / 3]);
+  }
   const bool two_sided = s.surface.two_sided;
   // A two-sided sheet shows each triangle's side that faces the local origin (the block's centroid).
   const auto flipped = [&](int t) { return two_sided && s.normal[t].dot(origin - X[T[t][0]]) < 0; };
@@ -144,6 +155,9 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
   }
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  for (const int v : corners) __builtin_prefetch(&s.vertex_triangle[s.vertex_offset[v]]);
+  for (const int v : corners)
+    for (int i = s.vertex_offset[v]; i < s.vertex_offset[v + 1]; ++i) announce(s.vertex_triangle[i]);
   for (const int v : corners) {
     const Vec3 x = X[v] - origin;
     if (!box.contains(x)) continue;

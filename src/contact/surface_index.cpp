@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 
+#include "contact/large_pages.hpp"
 #include "core/error.hpp"
 
 namespace talus::contact {
@@ -27,6 +28,14 @@ void SurfaceIndex::Impl::compute_normals() {
 
 SurfaceIndex::SurfaceIndex(const TriangleSurface& surface) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
+  const std::size_t count = surface.triangles.size();
+  reserve_on_large_pages(s.surface.vertices, surface.vertices.size());
+  reserve_on_large_pages(s.surface.triangles, count);
+  reserve_on_large_pages(s.normal, count);
+  reserve_on_large_pages(s.twin, 3 * count);
+  reserve_on_large_pages(s.vertex_offset, surface.vertices.size() + 1);
+  reserve_on_large_pages(s.vertex_triangle, 3 * count);
+  reserve_on_large_pages(s.group, count);
   s.surface = surface;
   const auto& T = s.surface.triangles;
   const int triangles = static_cast<int>(T.size()), vertices = static_cast<int>(s.surface.vertices.size());

@@ -5,11 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/surface_order.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/raster.hpp"
 
 namespace talus::geometry {
 namespace {
+
+constexpr std::size_t fits_cache = 32768;  // triangles; below, their order in memory makes no difference to a query
 
 /// Nodes of the raster as scene coordinates, cropped, with the triangles that all three corners have data for.
 void triangulate_grid(const Raster& r, const TerrainOptions& options, const std::string& path, Terrain& out,
@@ -199,6 +202,7 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
   s.two_sided = options.two_sided;
   s.default_material = options.default_material;
   assign_materials(s, options, out.warnings);
+  if (s.triangles.size() > fits_cache) contact::put_in_search_order(s);
   warn_of_far_origin(s, name, out.warnings);
   return out;
 }
