@@ -11,6 +11,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double steep = 0.17;              // 10 degrees: an edge falling more than this from a vertex is no contact edge
 constexpr double lean = 0.02;               // faces and edges closer than this to parallel are completed to manifolds
 constexpr double parallel_cosine = 0.9998;
+constexpr double crossed_overlap = 0.1;     // overlap of crossed edges that is still looked for, over the deepest of all
 
 struct Scratch {
   Patch a, b;
@@ -160,8 +161,10 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
 }
 
 void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
+  // Crossed edges lie apart by the gap or the overlap; springs overlap by a small part of the block at most.
+  const double reach = std::max(s.margin, crossed_overlap * s.depth);
   for (const auto& a : s.A.edges) {
-    const Vec3 lo = a.a.cwiseMin(a.b).array() - s.margin, hi = a.a.cwiseMax(a.b).array() + s.margin;
+    const Vec3 lo = a.a.cwiseMin(a.b).array() - reach, hi = a.a.cwiseMax(a.b).array() + reach;
     const Vec3 da = a.b - a.a;
     const double la = da.norm();
     for (const auto& b : s.B.edges) {

@@ -182,7 +182,8 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
       }
     }
     // On a straight ridge the crossings of the ridge say it all.
-    bool straight = q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < -1 + 1e-15;
+    const bool straight = q.count == 2 && patch.directions[q.first].dot(patch.directions[q.first + 1]) < 0 &&
+                          patch.directions[q.first].cross(patch.directions[q.first + 1]).norm() <= true_edge_sine;
     if (convex >= 2 && !straight) patch.vertices.push_back(q);
   }
 }

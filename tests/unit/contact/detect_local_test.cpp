@@ -83,6 +83,22 @@ TEST(SurfaceContact, HullOverFlatTrianglesMeetsNoInternalEdge) {
   slide(hull(sphere_points(32, 0.8, rng)), false, 0, 10000, 1e-12);
 }
 
+TEST(SurfaceContact, WideCubeOnBeamCrossesItsEdgesHoweverDeepSpringsLetIt) {
+  const Polyhedron beam = box(8, 1, 1), wide = box(1.5, 1.5, 1.5);
+  TriangleSurface skin;
+  skin.vertices = beam.vertices;
+  skin.triangles = beam.triangles;
+  const SurfaceIndex index(skin);
+  for (const double overlap : {1e-9, 1e-5, 4e-3, 5e-2}) {
+    const auto contacts = on(index, wide, {Vec3(0.1, 0, 1.25 - overlap), Mat3::Identity()}, 1e-4);
+    ASSERT_EQ(contacts.size(), 4u) << "overlap " << overlap;
+    for (const auto& c : contacts) {
+      EXPECT_NEAR(c.gap, -overlap, 1e-12);
+      EXPECT_NEAR(c.area, 1.5 / 4, 1e-9);
+    }
+  }
+}
+
 TEST(SurfaceContact, RoundedTerrainPlaneGivesItsOwnNormals) {
   slide(cube, true, 1e-12, 2000, 1e-10);
   slide(cube, true, 1e-7, 2000, 2e-6);
