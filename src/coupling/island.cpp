@@ -57,6 +57,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.v0 << state_.v[k], state_.w[k], state_.eps_rate[k];
     b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
     b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
+    b.internal0 = b.ndof == 12 ? internal_energy(b.block) : 0;
     if (h > 0) {
       b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : dda::FlowRule::exact);
     } else {
@@ -66,6 +67,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
       b.free.rotation = b.rotation0;
       b.free.eps = b.eps0;
       b.free.velocity = b.v0;
+      b.free.spin = b.v0.segment<3>(3);
     }
     b.ref = b.free.pose;
     b.v_ref = b.free.velocity;

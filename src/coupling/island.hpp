@@ -96,6 +96,7 @@ class IslandStepper {
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
   void book(double h);
+  double internal_energy(int block) const;
   void collect_node_impulses();
   void commit(double t_end, double h);
   void save();

@@ -16,9 +16,9 @@ Vec3 rotation_vector(const Quat& q) {
 }
 
 /// Mean generalised velocity whose product with an impulse is the kinetic energy it brings.
-Vec12 mean_velocity(const Vec12& v0, const Vec12& v_hat, const Vec12& v) {
+Vec12 mean_velocity(const Vec12& v0, const dda::FreeFlow& free, const Vec12& v) {
   Vec12 m = 0.5 * (v0 + v);
-  m.segment<3>(3) = 0.5 * (v_hat.segment<3>(3) + v.segment<3>(3));
+  m.segment<3>(3) = 0.5 * (free.spin + v.segment<3>(3));
   return m;
 }
 
@@ -149,7 +149,7 @@ void IslandStepper::book(double h) {
       const Rows j(problem_.jacobians.data() + term.jacobian, 3, n);
       if (term.body < static_cast<int>(bodies_.size())) {
         const Body& b = bodies_[static_cast<std::size_t>(term.body)];
-        blocks += j * mean_velocity(b.v0, b.free.velocity, b.v_solved).head(n);
+        blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(n);
       } else {
         // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
         const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
@@ -186,7 +186,7 @@ void IslandStepper::book(double h) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       const Body& b = bodies_[static_cast<std::size_t>(term.body)];
       const Rows j(problem_.jacobians.data() + term.jacobian, 3, b.ndof);
-      pending_.friction_work -= c.impulse.dot(j * mean_velocity(b.v0, b.free.velocity, b.v_solved).head(b.ndof));
+      pending_.friction_work -= c.impulse.dot(j * mean_velocity(b.v0, b.free, b.v_solved).head(b.ndof));
     }
   });
   for (const Body& b : bodies_) {
@@ -196,25 +196,30 @@ void IslandStepper::book(double h) {
     // Positions that left the trapezoid (theta = 1) met gravity and the block's own stiffness elsewhere than the velocities did.
     const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
     pending_.algorithmic += block.mass * model_.gravity.dot(state_.c[k] - trapezoid);
-    if (b.ndof == 12) {
+    if (b.ndof == 12 && b.end_rule) {
+      // The velocities met the stress at the end all along the step.
       const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
       const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
       const double stored = 0.5 * state_.eps[k].dot(stiffness * state_.eps[k]);
-      if (b.end_rule)   // the velocities met the stress at the end all along the step
-        pending_.algorithmic += (eps - b.eps0).dot(stiffness * state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
-      else
-        pending_.algorithmic -= stored - 0.5 * eps.dot(stiffness * eps);
+      pending_.algorithmic += (eps - b.eps0).dot(stiffness * state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
     }
   }
   for (const Body& b : bodies_) {
     if (b.ndof != 12) continue;
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
-    if (block.strain_damping == 0) continue;
     const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
     const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
-    pending_.damping_work +=
-        h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
+    const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
+    pending_.damping_work += damped;
+    // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2.
+    if (!b.end_rule && h > 0)
+      pending_.algorithmic -= internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
   }
+}
+
+double IslandStepper::internal_energy(int block) const {
+  const dda::BlockEnergy e = dda::energy(model_, state_, block);
+  return e.rotational + e.straining + e.strain_energy;
 }
 
 double IslandStepper::indentation_at_end(const Touch& t, double h) const {

@@ -151,17 +151,21 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
     f.mass.block<3, 3>(3, 3) = inertia;
     f.inverse.diagonal().head<3>().setConstant(1 / b.mass);
     f.inverse.block<3, 3>(3, 3) = inverse;
+    f.spin = f.velocity.segment<3>(3);
     return f;
   }
 
   const Mat3 strained = strained_inertia(b, s.eps[k]);
-  f.q = rotate_free(b, strained, s.q[k], L, h);
-  f.rotation = f.q.toRotationMatrix();
   const Mat3 start_rotation = s.rotation(i);
   const Mat12 mass_start = mass_matrix(b, pose(s, i), start_rotation);
+  // Strain rates carry angular momentum, which the frame turns against: L = I w + C epsdot.
+  const auto recoil = [](const Mat12& m, const Vec6& rate) { return Vec3(-(m.block<3, 3>(3, 3).inverse() * (m.block<3, 6>(3, 6) * rate))); };
+  const Vec3 recoil_start = recoil(mass_start, s.eps_rate[k]);
+  f.q = (rotation_by(h * recoil_start) * rotate_free(b, strained, s.q[k], L, h)).normalized();
+  f.rotation = f.q.toRotationMatrix();
   Pose turned = f.pose;
   turned.F = f.rotation * (Mat3::Identity() + strain_tensor(s.eps[k]));
-  Mat12 mass = mass_matrix(b, turned, f.rotation);
+  const Mat12 mass = mass_matrix(b, turned, f.rotation);
 
   const Mat6 stiffness = b.volume * elastic_matrix(b.young, b.poisson);
   const Mat6 dynamic = (end ? h * h + h * b.strain_damping : 0.25 * h * h + 0.5 * h * b.strain_damping) * stiffness;
@@ -179,12 +183,21 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   rhs.tail<6>() = mass_start.block<6, 3>(6, 3) * s.w[k] + mass_start.block<6, 6>(6, 6) * s.eps_rate[k] +
                   h * centrifugal - h * (stiffness * s.eps[k]);
   if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
-  f.mass = mass;
+  Mat12 effective = mass;
+  effective.block<6, 6>(6, 6) += dynamic;
+  f.velocity = effective.llt().solve(rhs);
+  f.eps = s.eps[k] + (end ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
+  // The frame's recoil by the rule of the strains, now that their rates at the end are known; then the spin that keeps L there.
+  const Vec3 turn = (end ? 1.0 : 0.5) * h * (recoil(mass, f.velocity.tail<6>()) - recoil_start);
+  f.q = (rotation_by(turn) * f.q).normalized();
+  f.rotation = f.q.toRotationMatrix();
+  f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(f.eps));
+  f.mass = mass_matrix(b, f.pose, f.rotation);
+  const Mat3 turning = f.mass.block<3, 3>(3, 3).inverse();
+  f.velocity.segment<3>(3) = turning * L + recoil(f.mass, f.velocity.tail<6>());
+  f.spin = turning * L + recoil(f.mass, s.eps_rate[k]);
   f.mass.block<6, 6>(6, 6) += dynamic;
   f.inverse = f.mass.llt().solve(Mat12::Identity());
-  f.velocity = f.inverse * rhs;
-  f.eps = s.eps[k] + (end ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
-  f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(f.eps));
   return f;
 }
 

@@ -26,7 +26,7 @@ struct FreeFlow {
   Vec12 velocity;       // v_hat: generalised velocity at the end, (v, w, epsdot)
   Mat12 mass;           // A at the end (6 x 6 upper left used for rigid blocks)
   Mat12 inverse;        // A^-1
-  double damping_loss = 0;   // Kelvin-Voigt work over the step without contact [J]
+  Vec3 spin;            // of the start, carried to the orientation at the end with the strain rates of the start [rad/s]
 };
 
 /// Rule of the free flow: `exact` is the parabola and the trapezoid of the strain (order 2, keeps energy); `implicit_end` takes position
