@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "contact/problem.hpp"
+#include "contact/solver_dual.hpp"
 #include "contact/solver_interior.hpp"
 #include "contact/solver_newton.hpp"
 #include "contact/solver_sweep.hpp"
@@ -26,6 +27,7 @@ struct ContactSolver::Work {
   Hessian hessian;
   Newton newton{hessian};
   Interior interior{hessian};
+  DualNewton dual;
   std::vector<Vec3> p, best_p, trial_p;
   std::vector<double> v, trial_v, best_v;
   double best = 0;
@@ -108,9 +110,18 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       work.consider(work.trial_p, work.trial_v, outcome.residual);
       return work.best <= sufficient;
     };
+    // The last digits of a small problem.
+    auto polish = [&] {
+      if (nc > DualNewton::most_contacts || work.best > 1e-2 * settings.velocity_scale) return false;
+      work.trial_p = work.best_p;
+      const DualOutcome outcome = work.dual.run(system, work.trial_p, work.trial_v, tolerance, 40);
+      report.newton += outcome.iterations;
+      work.consider(work.trial_p, work.trial_v, outcome.residual);
+      return work.best <= sufficient;
+    };
     // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
     const bool near = system.n <= 48 || work.best <= 1e-4 * settings.velocity_scale;
-    bool done = near && attempt(1e-4, std::min(settings.max_newton, system.n <= 48 ? 20 : 8));
+    bool done = near && (attempt(1e-4, std::min(settings.max_newton, system.n <= 48 ? 20 : 8)) || polish());
     if (!done) {
       // Cold: the interior point from the warm start, at the distance its residual tells; then from nothing. The Newton
       // method finishes, since the regions are known by then.
@@ -136,7 +147,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
         }
         work.p = work.best_p;
         if (done || (system.n > 48 && work.best > 1e-3 * settings.velocity_scale)) continue;
-        done = attempt(1e-4, 20) || (system.n <= 48 && attempt(1e-3, 20));
+        done = attempt(1e-4, 20) || polish() || (system.n <= 48 && attempt(1e-3, 20));
       }
     }
     for (int round = 0; round < (system.n <= 48 ? 4 : 1) && !done; ++round) {
@@ -159,7 +170,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
       report.tier = 'C';
       work.p = work.best_p;
       work.v = work.best_v;
-      const int budget = report.newton + (system.n <= 48 ? 4000 : 200);  // a step that cannot be solved must not hang
+      const int budget = report.newton + (system.n <= 48 ? 1000 : 200);  // a step that cannot be solved must not hang
       for (int k = 0; k < settings.max_outer && !done && report.newton < budget; ++k) {
         for (int i = 0; i < nc; ++i) {
           Touch& t = system.touch[i];

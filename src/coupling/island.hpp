@@ -86,7 +86,7 @@ class IslandStepper {
   bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
-  bool solve(double h);
+  bool solve(double h, bool provisional = false);
   void apply(double h);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
@@ -135,6 +135,7 @@ class IslandStepper {
   IslandReport report_;
   Ledger pending_;
   double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
+  double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
   int impacts_ = 0;

@@ -138,8 +138,9 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
   Vec3 p_mid = owner == NormalOwner::a ? b_mid : owner == NormalOwner::b ? a_mid : 0.5 * (a_mid + b_mid);
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
-  // An open touch acts where it will close: each side at its own point.
-  const bool onset = t.mode == Mode::end && t.at.gap > 0;
+  // An open touch acts where it will close: each side at its own point. One as good as closed does not: several that stick would
+  // contradict each other.
+  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap();
   Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   if (with_structure) p_mid_a = p_mid_b = t.at.point_a;
