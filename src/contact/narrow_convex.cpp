@@ -274,10 +274,21 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop) {
       }
     }
   }
-  if (ka >= 0) {
-    best.edge_a = support_edge(A, edge_vector(A, ka), best.normal);
-    best.edge_b = support_edge(B, edge_vector(B, kb), -best.normal);
-  }
+  if (ka < 0) return best;
+  const auto realise = [&](int ea, int eb) {   // what the support edges along these directions leave apart
+    best.edge_a = support_edge(A, edge_vector(A, ea), best.normal);
+    best.edge_b = support_edge(B, edge_vector(B, eb), -best.normal);
+    return best.normal.dot(B.vertex(B.p->edges[best.edge_b].v0) - A.vertex(A.p->edges[best.edge_a].v0));
+  };
+  // Several pairs of directions may have the same normal (tetrahedra turned alike): the one whose edges lie there.
+  const double close = best.gap + 1e-9 * std::min(A.p->radius, B.p->radius);
+  if (realise(ka, kb) <= close) return best;
+  for (const int ea : A.p->axis_edges)
+    for (const int eb : B.p->axis_edges) {
+      const Vec3 n = edge_vector(A, ea).cross(edge_vector(B, eb));
+      if (n.cross(best.normal).squaredNorm() <= 1e-16 * n.squaredNorm() && n.squaredNorm() > 0 && realise(ea, eb) <= close) return best;
+    }
+  best.edge_a = best.edge_b = -1;   // a face's normal, met by edges that do not touch
   return best;
 }
 

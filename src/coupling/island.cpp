@@ -150,7 +150,7 @@ void IslandStepper::restore() {
   }
 }
 
-bool IslandStepper::solve(double h, bool provisional) {
+bool IslandStepper::solve(double h, Effort effort) {
   if (problem_.contacts.empty()) {
     problem_.v = problem_.v_hat;
     return true;
@@ -166,14 +166,29 @@ bool IslandStepper::solve(double h, bool provisional) {
   settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4);
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
-  if (small) settings.sufficient = provisional ? 1e-7 : 1e-10;
-  const contact::SolveReport r = solver_.solve(problem_, settings);
+  if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10;
   Counters& n = report_.counters;
-  n.newton += r.newton;
-  n.sweeps += r.sweeps;
-  n.outer += r.outer;
+  const auto attempt = [&] {
+    const contact::SolveReport r = solver_.solve(problem_, settings);
+    n.newton += r.newton;
+    n.sweeps += r.sweeps;
+    n.outer += r.outer;
+    return r;
+  };
+  contact::SolveReport r = attempt();
   residual_ = r.residual;
-  if (!r.converged) return false;   // never accepted: the caller refines the rows or halves the step, tier D
+  if (!r.converged && effort == Effort::last_resort) {
+    // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
+    settings.exact_coulomb = false;
+    settings.sufficient = 1e-6;
+    for (contact::ProblemContact& c : problem_.contacts) {   // a little give: what is jammed between friction cones has no largest force
+      c.compliance.array() += 1e-7 * normal_compliance(c);
+      c.impulse.setZero();
+    }
+    r = attempt();
+    r.tier = 'E';
+  }
+  if (!r.converged) return false;   // the caller refines the rows or halves the step, tier D
   n.worst_residual = std::max(n.worst_residual, r.residual);
   (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
   return true;
@@ -223,7 +238,7 @@ bool IslandStepper::impact_stage() {
       }
     }
     finish_bodies();
-    if (!solve(0)) return false;
+    if (!solve(0, Effort::last_resort)) return false;
     pending_ = Ledger{};
     apply(0);
     double after = 0;
@@ -256,7 +271,7 @@ bool IslandStepper::impact_stage() {
   return true;
 }
 
-IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) {
+IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
   Outcome out;
   choose_springs(h, lumped);
   begin_step(h, false);
@@ -274,7 +289,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes) 
   constexpr int most_passes = 12;   // while a spring's law is not met at the indentation reached
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    const bool solved = solve(h, pass + 1 < passes);
+    const bool solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : Effort::full);
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);
     if (problem_.contacts.empty()) break;
@@ -344,8 +359,9 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
   return h;
 }
 
-IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step) {
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop) {
   begin(island);
+  stop_ = stop;
   suggested_ = first_step;
   const bool with_structure = !island.structures.empty();
   const bool small = static_cast<int>(island.blocks.size()) <= settings_.event_blocks && !with_structure;
@@ -374,19 +390,24 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     int stopping = -1;
     bool stop_located = false;
     int releases = 0;
-    int cuts = 0;
+    int cuts = 0, halved = 0;
     if (!lumped && closed && settings_.fixed_step <= 0)
       for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
+      if (stopped()) {
+        report_.stopped = true;
+        return report_;
+      }
       step_length_ = h;
       if (with_structure)
         for (int s : island.structures) env_.structures[static_cast<std::size_t>(s)].structure->predict(t + done, h);
-      Outcome o = smooth(h, lumped, passes);
+      // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
+      Outcome o = smooth(h, lumped, passes, halved >= 8 || 0.5 * h < settings_.min_step);
       const double limit = 0.1 * settings_.accuracy;
       if (!o.ok || (!lumped && settings_.fixed_step <= 0 && o.error > limit && h > 10 * settings_.min_step)) {
         restore();
         ++report_.counters.rejected;
-        if (!o.ok) ++report_.counters.tier_d;
+        if (!o.ok) ++report_.counters.tier_d, ++halved;
         h *= o.ok ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
         if (h < settings_.min_step) {
           report_.failure = "the contact problem could not be solved at the smallest step";

@@ -8,6 +8,7 @@
 /// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In large islands and at
 /// structures onsets are rows on the gap at the end of the step (order 1).
 #pragma once
+#include <atomic>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,7 @@ struct IslandReport {
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
   std::string failure;                    // empty: done
+  bool stopped = false;                   // from outside, before the end
 };
 
 class IslandStepper {
@@ -50,8 +52,8 @@ class IslandStepper {
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
                 ContactHistory& surface_history, const StepSettings& settings);
   ~IslandStepper();
-  /// Advances from t to t + duration; `first_step` is a hint (0: none).
-  IslandReport advance(const Island& island, double t, double duration, double first_step);
+  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes non-zero.
+  IslandReport advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop = nullptr);
 
  private:
   struct Body;
@@ -59,6 +61,7 @@ class IslandStepper {
   struct Outcome;
 
   void begin(const Island& island);
+  bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
   void find(double h);
   double reach(int block, double h) const;
@@ -74,7 +77,7 @@ class IslandStepper {
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
   bool cut_at_release(double& h) const;
-  Outcome smooth(double h, bool lumped, int passes);
+  Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
@@ -86,7 +89,8 @@ class IslandStepper {
   bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
-  bool solve(double h, bool provisional = false);
+  enum class Effort { provisional, full, last_resort };   // last_resort: the convex problem's solution, tier E, rather than none
+  bool solve(double h, Effort effort);
   void apply(double h);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
@@ -105,8 +109,8 @@ class IslandStepper {
   double rise_limit() const;
   bool locate_event(double& h, int passes);
   void rest_check(double h);
-  contact::Motion motion_of(int block) const;
-  double time_of_impact(const CandidatePair& pair, double tolerance) const;
+  contact::Motion motion_of(int block, bool lumped) const;
+  double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none
   double crossing() const;       // the same for what the rows of a lumped step leave open
 
@@ -118,6 +122,7 @@ class IslandStepper {
   contact::ContactSolver solver_;
   contact::ContactProblem problem_;
   const Island* island_ = nullptr;
+  const std::atomic<int>* stop_ = nullptr;   // non-zero: end soon, what was computed since the start is thrown away
   std::vector<Body> bodies_;
   std::vector<int> local_;                // block -> body, -1
   std::vector<Touch> touches_;            // in the order of the island's pairs

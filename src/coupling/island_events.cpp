@@ -7,8 +7,8 @@
 
 namespace talus::coupling {
 
-contact::Motion IslandStepper::motion_of(int block) const {
-  // From the start of the step to the state just computed: chord (or parabola in free flight) and rotation vector.
+contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
+  // From the start of the step to the state just computed: rotation vector, and a parabola, of pushed blocks of lumped steps the chord.
   contact::Motion m;
   m.start = dda::pose(state_, block);
   const int l = local_[static_cast<std::size_t>(block)];
@@ -16,7 +16,7 @@ contact::Motion IslandStepper::motion_of(int block) const {
   const Body& b = bodies_[static_cast<std::size_t>(l)];
   m.start = b.start;
   m.displacement = state_.c[static_cast<std::size_t>(block)] - b.start.c;
-  if (b.impulse.isZero(0)) m.half_gravity_step = b.free.pose.c - b.start.c - step_length_ * b.v0.head<3>();
+  if (!lumped || b.impulse.isZero(0)) m.half_gravity_step = m.displacement - step_length_ * b.v0.head<3>();   // leaves with the velocity that it has
   const Quat turn = state_.q[static_cast<std::size_t>(block)] * b.q0.conjugate();
   const Vec3 v = turn.w() < 0 ? Vec3(-turn.vec()) : Vec3(turn.vec());
   const double s = v.norm();
@@ -24,12 +24,12 @@ contact::Motion IslandStepper::motion_of(int block) const {
   return m;
 }
 
-double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance) const {
+double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const {
   const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
-  const contact::Motion motion = motion_of(pair.b);
+  const contact::Motion motion = motion_of(pair.b, lumped);
   const auto index = static_cast<std::size_t>(pair.a.index);
   switch (pair.a.kind) {
-    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_of(pair.a.index), shape, motion, tolerance);
+    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_of(pair.a.index, lumped), shape, motion, tolerance);
     case Partner::Kind::plane: return contact::time_of_impact(env_.planes[index], shape, motion, tolerance);
     case Partner::Kind::terrain: return contact::time_of_impact(*env_.terrain, shape, motion, tolerance);
     case Partner::Kind::structure: return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
@@ -38,12 +38,15 @@ double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance
 }
 
 double IslandStepper::first_impact() const {
-  // Earliest onset of a pair that is not in closed contact already, on the motion just computed.
+  // Earliest onset of a pair that is not in closed contact already, on the motion just computed. Across internal edges pairs touch
+  // without contact: as widely as contacts are told, else they would meet again and again.
   double first = 2;
-  for (const CandidatePair& pair : island_->pairs) {
+  std::size_t t = 0;   // touches follow the order of the pairs
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const CandidatePair& pair = island_->pairs[i];
     bool closed = false;
-    for (const Touch& t : touches_) closed = closed || (t.row >= 0 && t.a == pair.a && t.b == pair.b);
-    if (!closed) first = std::min(first, time_of_impact(pair, 1e-10 * length_));
+    for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) closed = closed || touches_[t].row >= 0;
+    if (!closed) first = std::min(first, time_of_impact(pair, flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, false));
   }
   return first;
 }
@@ -63,12 +66,12 @@ double IslandStepper::crossing() const {
       listed = listed || touches_[t].row >= 0;
       apart = std::min(apart, touches_[t].at.gap);
     }
-    const contact::Motion b = motion_of(pair.b);
+    const contact::Motion b = motion_of(pair.b, true);
     Vec3 moved = b.displacement, bulge = b.half_gravity_step;
     double turned = model_.blocks[kb].shape->radius * b.rotation.norm(), thickness = model_.blocks[kb].shape->inradius;
     if (pair.a.kind == Partner::Kind::block) {
       const auto ka = static_cast<std::size_t>(pair.a.index);
-      const contact::Motion a = motion_of(pair.a.index);
+      const contact::Motion a = motion_of(pair.a.index, true);
       moved -= a.displacement;
       bulge -= a.half_gravity_step;
       turned += model_.blocks[ka].shape->radius * a.rotation.norm();
@@ -77,7 +80,7 @@ double IslandStepper::crossing() const {
     const double path = moved.norm() + bulge.norm() / 4 + turned;
     const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
     if (path <= clear) continue;
-    const double s = time_of_impact(pair, listed ? 1e-3 * thickness : 1e-10 * length_);
+    const double s = time_of_impact(pair, listed ? 1e-3 * thickness : 1e-10 * length_, true);
     if (!listed || s < 0.9) first = std::min(first, s);   // rows end where they touch: that is no crossing
   }
   return first;
@@ -86,13 +89,14 @@ double IslandStepper::crossing() const {
 bool IslandStepper::locate_event(double& h, int passes) {
   // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
   // cross is drift and is projected.
-  std::vector<Touch> start = touches_;
+  const std::vector<Touch> start = touches_;
   const auto was_row = [&](const Touch& t) {
     for (const Touch& s : start)
       if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
     return false;
   };
-  const auto worst_onset = [&](double step, double& rate) {
+  double rate = 0;
+  const auto worst_onset = [&](double step) {
     // Deepest new touch at the end of the step, and its approach velocity.
     std::vector<Touch> keep;
     keep.swap(touches_);
@@ -109,39 +113,53 @@ bool IslandStepper::locate_event(double& h, int passes) {
     found_for_ = -1;
     return gap;
   };
-  double step = h;
-  const double s = first_impact();
-  bool event = s <= 1;
-  double rate = 0;
-  double gap = worst_onset(h, rate);
-  if (gap < -1e-8 * length_) event = true;
-  if (!event) return false;
-  double low = 0, high = h;
-  // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two more.
-  double far = 0;
-  for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
-  const double onset_tolerance = 1e-13 * length_ + 4e-15 * far;
-  if (s <= 1) step = std::max(s, 1e-12) * h;
-  else step = std::max(0.0, std::min(h, h + gap / -rate));
-  for (int iteration = 0; iteration < 12; ++iteration) {
-    if (!(step > low && step < high)) step = 0.5 * (low + high);
+  const auto solve_for = [&](double step) {
     restore();
     touches_ = start;
     step_length_ = step;
-    if (!smooth(step, false, passes).ok) return false;
-    gap = worst_onset(step, rate);
-    if (std::abs(gap) <= onset_tolerance) break;
-    if (gap > 0) low = step; else high = step;
-    if (high - low < 1e-15 * h) break;
-    if (!std::isfinite(gap)) {
-      if (s <= 1 && iteration == 0) break;    // conservative time: nothing within reach yet, go on from here
-      step = 0.5 * (low + high);
-      continue;
+    return smooth(step, false, passes).ok;
+  };
+  // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
+  double far = 0;
+  for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
+  const double onset_tolerance = 1e-13 * length_ + 4e-15 * far, passed = -1e-8 * length_;
+  double step = h;
+  double s = first_impact(), gap = worst_onset(step);
+  bool shortened = false;
+  while ((s <= 1 || gap < passed) && !stopped()) {
+    shortened = true;
+    // The onset is sought between the time by which the search is sure of none and the end; there it is passed, or met on the
+    // search's path, which between the ends of the step is not quite the blocks' own.
+    bool bracketed = gap < passed;
+    const double sure = s <= 1 ? std::max(s, 1e-12) * step : 0;
+    double low = 0, high = step, trial = s <= 1 ? sure : step + gap / -rate;
+    bool met = false;
+    for (int iteration = 0; iteration < 12; ++iteration) {
+      if (!(trial > low && trial < high)) {
+        if (!bracketed) break;
+        trial = 0.5 * (low + high);
+      }
+      if (!solve_for(trial)) return false;
+      gap = worst_onset(trial);
+      met = std::abs(gap) <= onset_tolerance || high - low < 1e-15 * h;
+      if (met || (!bracketed && !std::isfinite(gap))) break;
+      bracketed = bracketed || gap < 0;
+      (gap > 0 ? low : high) = trial;
+      trial = std::isfinite(gap) ? trial + gap / -rate : 0.5 * (low + high);
     }
-    step += gap / -rate;
+    if (met || bracketed) {
+      step = step_length_;
+      break;
+    }
+    // None on the blocks' own path: a shorter step, whose path is known better.
+    step = 0.5 * step > sure ? 0.5 * step : sure;
+    if (!solve_for(step)) return false;
+    if (step <= sure) break;
+    s = first_impact();
+    gap = worst_onset(step);
   }
   h = step;
-  return true;
+  return shortened;
 }
 
 }  // namespace talus::coupling

@@ -226,7 +226,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     }
 }
 
-bool CoupledSystem::stretch(double duration, std::string& failure) {
+bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
   for (StructurePart& part : env_.structures)
     if (part.lagging_index) {
       part.index->refit(part.structure->surface());
@@ -252,7 +252,7 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
       const double h = state_.step[static_cast<std::size_t>(b)];
       if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
     }
-    reports[i] = stepper->advance(island, state_.time, duration, hint);
+    reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
   };
   if (settings_.threads > 1 && p.islands.size() > 1) {
     tbb::task_arena arena(settings_.threads);
@@ -261,8 +261,9 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
     for (std::size_t i = 0; i < p.islands.size(); ++i) run(i);
   }
 
-  bool escaped = false;
+  bool escaped = false, stopped = false;
   for (std::size_t i = 0; i < reports.size(); ++i) {
+    stopped = stopped || reports[i].stopped;
     if (!reports[i].failure.empty() && failure.empty())
       failure = fmt::format("t = {:.6g} s, {}: {}", state_.time,
                             p.islands[i].blocks.empty() ? std::string("structures that touch")
@@ -273,14 +274,14 @@ bool CoupledSystem::stretch(double duration, std::string& failure) {
       if ((state_.blocks.c[k] - before.blocks.c[k]).norm() > p.reach[k] + 1e-12) escaped = true;
     }
   }
-  if (escaped || !failure.empty()) {
+  if (escaped || stopped || !failure.empty()) {
     state_ = before;
     for (std::size_t q = 0; q < env_.structures.size(); ++q)
       if (p.structure_used[q]) {
         env_.structures[q].structure->restore(structures_before[q]);
         env_.structures[q].index->refit(env_.structures[q].structure->surface());
       }
-    if (escaped) failure.clear();
+    if (escaped || stopped) failure.clear();
     return false;
   }
 
@@ -368,25 +369,28 @@ void CoupledSystem::replay(StructurePart& part, double duration, std::span<const
   sums_.audit.work_on_structure += s.energy().contact_work - work_before;
 }
 
-void CoupledSystem::advance_to(double t) {
-  double longest = settings_.longest_stretch;
+bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
   while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
+    const double longest = state_.stretch > 0 ? state_.stretch : settings_.longest_stretch;
     const double remaining = t - state_.time;
     double duration = std::min(remaining, longest);
     if (duration < remaining) duration = remaining / std::ceil(remaining / duration - 1e-9);
     std::string failure;
     const double start = state_.time;
-    if (!stretch(duration, failure)) {
+    if (stop != nullptr && stop->load() != 0) return false;
+    if (!stretch(duration, stop, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
-      longest = 0.5 * duration;
-      if (longest < settings_.step.min_step)
+      if (stop != nullptr && stop->load() != 0) return false;
+      state_.stretch = 0.5 * duration;
+      if (state_.stretch < settings_.step.min_step)
         throw NumericalFailure(fmt::format("t = {:.6g} s: blocks leave their predicted reach at the smallest stretch", state_.time));
       continue;
     }
     state_.time = duration == remaining ? t : start + duration;
-    longest = std::min(settings_.longest_stretch, 2 * longest);
+    state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
   }
   state_.time = t;
+  return true;
 }
 
 }  // namespace talus::coupling

@@ -4,6 +4,7 @@
 /// box it was given makes the stretch be repeated, halved. Resting islands sleep on a static certificate: the contact problem
 /// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
 #pragma once
+#include <atomic>
 #include <memory>
 #include <span>
 #include <string>
@@ -25,6 +26,7 @@ struct SystemState {
   ContactHistory surface_contacts;       // between structures, per second structure of the pair
   std::vector<char> asleep;              // per block
   std::vector<double> step;              // suggested step of the island the block was last in [s]
+  double stretch = 0;                    // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
   Ledger ledger;
 };
 
@@ -41,8 +43,8 @@ class CoupledSystem {
   ~CoupledSystem();
 
   /// Advances to time t exactly. Throws NumericalFailure naming the island if its smallest step cannot be solved; the state is
-  /// then the last committed one.
-  void advance_to(double t);
+  /// then the last committed one. False if `stop` became non-zero: the state is that of the last stretch, to go on from.
+  bool advance_to(double t, const std::atomic<int>* stop = nullptr);
 
   const dda::Model& model() const { return model_; }
   dda::Model& model() { return model_; }
@@ -73,7 +75,7 @@ class CoupledSystem {
   struct Plan;
   void plan(double stretch, Plan& p) const;
   void pair_structures(double stretch, Plan& p) const;
-  bool stretch(double duration, std::string& failure);
+  bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
   dda::Model model_;

@@ -46,19 +46,22 @@ struct Support {
 class EdgeFilter {
  public:
   EdgeFilter(const dda::Model& m, const dda::State& s, const Environment& env, double flush, const std::vector<Touch>& touches)
-      : model_(m), state_(s), env_(env), flush_(flush), touches_(touches) {
+      : model_(m), state_(s), env_(env), flush_(flush), touches_(touches), dropped_(touches.size(), 0) {
     for (std::size_t i = 0; i < touches.size(); ++i) {
       const Touch& t = touches[i];
-      if (t.at.gap > flush) continue;
+      if (t.at.gap > flush || (t.stiffness == 0 && t.at.gap < -flush)) continue;   // pressed into each other, no plane parts them
       resting_.emplace_back(t.b, i);
       if (t.a.kind == Partner::Kind::block) resting_.emplace_back(t.a.index, i);
     }
     std::sort(resting_.begin(), resting_.end());
   }
 
-  bool internal(const Touch& t) const {
+  /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
+  bool internal(std::size_t i) {
+    const Touch& t = touches_[i];
     if (t.at.area > 0 || t.a.kind == Partner::Kind::plane) return false;
-    return slides(t, t.b) || (t.a.kind == Partner::Kind::block && slides(t, t.a.index));
+    dropped_[i] = slides(t, t.b) || (t.a.kind == Partner::Kind::block && slides(t, t.a.index)) ? 1 : 0;
+    return dropped_[i] != 0;
   }
 
  private:
@@ -71,6 +74,7 @@ class EdgeFilter {
   /// True if block q of t rests on a plane that parts it from the other body of t.
   bool slides(const Touch& t, int q) const {
     for (auto i = std::lower_bound(resting_.begin(), resting_.end(), std::pair(q, std::size_t{0})); i != resting_.end() && i->first == q; ++i) {
+      if (dropped_[i->second] != 0) continue;
       const Touch& s = touches_[i->second];
       if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q)) return true;
     }
@@ -103,17 +107,18 @@ class EdgeFilter {
   const Environment& env_;
   double flush_;
   const std::vector<Touch>& touches_;
+  std::vector<char> dropped_;
   std::vector<std::pair<int, std::size_t>> resting_;   // block, one of its contacts; sorted
 };
 
 }  // namespace
 
 void drop_internal_edges(const dda::Model& m, const dda::State& s, const Environment& env, double flush, std::vector<Touch>& touches) {
-  const EdgeFilter filter(m, s, env, flush, touches);
+  EdgeFilter filter(m, s, env, flush, touches);
   thread_local std::vector<char> drop;
   drop.assign(touches.size(), 0);
   bool any = false;
-  for (std::size_t i = 0; i < touches.size(); ++i) any |= (drop[i] = filter.internal(touches[i]) ? 1 : 0) != 0;
+  for (std::size_t i = 0; i < touches.size(); ++i) any |= (drop[i] = filter.internal(i) ? 1 : 0) != 0;
   if (!any) return;
   std::size_t kept = 0;
   for (std::size_t i = 0; i < touches.size(); ++i)

@@ -135,7 +135,7 @@ Checkpoint Simulation::save() const {
   Writer general(c.numbers["general"]);
   general(s.time);
   each_ledger(s.ledger, [&](double x) { general(x); });
-  general(w.energy_start); general(w.energy_peak);
+  general(w.energy_start); general(w.energy_peak); general(s.stretch);
   Writer sums(c.numbers["sums"]);
   each_sum(w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
@@ -237,7 +237,7 @@ void Simulation::restore(const Checkpoint& c) {
   Reader general(numbers("general"));
   general(s.time);
   each_ledger(s.ledger, [&](double& x) { general(x); });
-  general(w.energy_start); general(w.energy_peak);
+  general(w.energy_start); general(w.energy_peak); general(s.stretch);
   Reader sums(numbers("sums"));
   Counts sum_counts(integers("sums"));
   each_sum(w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);

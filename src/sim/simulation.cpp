@@ -86,19 +86,19 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   double last_recorded = w.time();
   try {
     while (duration - w.time() > 1e-12 * duration) {
-      if (stop != nullptr && stop->load() != 0) {
+      double th = static_cast<double>(history_index) * dh, tf = static_cast<double>(field_index) * df;
+      if (th > duration * (1 - 1e-12)) th = duration;
+      if (tf > duration * (1 - 1e-12)) tf = duration;
+      const double t = std::min(th, tf);
+      const bool arrived = (stop == nullptr || stop->load() == 0) && w.advance_to(t, stop);
+      flush_contacts();
+      if (!arrived) {
         result.status = "interrupted";
         result.message = fmt::format("stopped by signal {} at t = {:.6g} s", stop->load(), w.time());
         result.exit_code = 128 + stop->load();
         sink.checkpoint(save());
         break;
       }
-      double th = static_cast<double>(history_index) * dh, tf = static_cast<double>(field_index) * df;
-      if (th > duration * (1 - 1e-12)) th = duration;
-      if (tf > duration * (1 - 1e-12)) tf = duration;
-      const double t = std::min(th, tf);
-      w.advance_to(t);
-      flush_contacts();
       const std::vector<RunHeader::BlockInfo> born = w.take_fragments();
       if (!born.empty()) sink.extend(born);
       const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();

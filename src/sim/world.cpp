@@ -13,15 +13,13 @@ Pose World::pose(int block) const {
   return dda::pose(system->state().blocks, block);
 }
 
-void World::advance_to(double t) {
-  if (!paper) {
-    system->advance_to(t);
-    return;
-  }
+bool World::advance_to(double t, const std::atomic<int>* stop) {
+  if (!paper) return system->advance_to(t, stop);
   PaperScheme& p = *paper;
   const double dt = scene.simulation.step.value_or(1e-4);
   const coupling::Environment& env = system->environment();
   while (t - p.time > 1e-9 * dt) {
+    if (stop != nullptr && stop->load() != 0) return false;
     const double h = std::min(dt, t - p.time);
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
     p.time += h;
@@ -39,6 +37,7 @@ void World::advance_to(double t) {
   }
   p.time = t;
   system->state().time = t;
+  return true;
 }
 
 std::vector<RunHeader::BlockInfo> World::take_fragments() {

@@ -1,5 +1,6 @@
 /// The world of a run: which parts exist, and their present state.
 #pragma once
+#include <atomic>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -38,8 +39,8 @@ class World {
   bool built_energy = false;
 
   double time() const { return paper ? paper->time : system->state().time; }
-  /// Advances to time t exactly.
-  void advance_to(double t);
+  /// Advances to time t exactly; false if `stop` became non-zero before.
+  bool advance_to(double t, const std::atomic<int>* stop = nullptr);
   /// Turns the structures' loose parts into blocks; returns what was added.
   std::vector<RunHeader::BlockInfo> take_fragments();
   HistoryRow row();

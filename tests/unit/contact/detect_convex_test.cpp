@@ -160,6 +160,18 @@ TEST(ConvexContact, CrossingEdges) {
   }
 }
 
+TEST(ConvexContact, TetrahedraTurnedAlikeMeetWithTheNearEdges) {
+  // Upper and lower edge of each are at right angles, so that both pairs of directions have the normal z.
+  const Polyhedron tetrahedron = hull({Vec3(1, 1, 1), Vec3(-1, -1, 1), Vec3(1, -1, -1), Vec3(-1, 1, -1)});
+  for (const double lift : {-1e-6, 0.0, 1e-3}) {
+    const auto c = contacts(tetrahedron, {Vec3::Zero(), Mat3::Identity()}, tetrahedron, {Vec3(0.1, 0.2, 2 + lift), Mat3::Identity()}, 1e-2);
+    ASSERT_EQ(c.size(), 1u);
+    EXPECT_NEAR(c[0].gap, lift, 1e-14);
+    EXPECT_NEAR((c[0].normal - Vec3::UnitZ()).norm(), 0, 1e-12);
+    EXPECT_NEAR(c[0].point_a.z(), 1, 1e-12);
+  }
+}
+
 TEST(ConvexContact, ParallelEdgesSeparatedDiagonally) {
   for_offsets([&](const Vec3& d) {
     const auto c = contacts(cube, {Vec3::Zero()}, cube, {Vec3(1.01, 0.25, 1.01) + d}, 0.1);
