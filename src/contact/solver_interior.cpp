@@ -32,6 +32,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
   pairs_.resize(nc);
   D_.resize(nc);
   constant_.resize(nc);
+  un_.resize(nc);
   v_ = v;
   p_ = p;
   step_.resize(n);
@@ -68,12 +69,12 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     // Residuals at the point.
     double complementarity = 0;
     int count = 0;
-    for (double& x : vp_) x = 0;
     vp_ = system.v_hat;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = system.touch[i];
       if (!(t.w > 0)) continue;
       system.push(t, p_[i], vp_.data());
+      un_[i] = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
       const Pair& q = pairs_[i];
       complementarity += t.w * q.P * q.y;
       ++count;
@@ -111,8 +112,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
         Pair& q = pairs_[i];
         const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag * mu : mu, target = tau / t.w;
         const double g = mu * p_[i].x() + t.law.cohesion;
-        const double un = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
-        const double r2 = un - a * q.gamma - q.y;
+        const double r2 = un_[i] - a * q.gamma - q.y;
         double rn = target - q.y * q.P - q.P * r2;
         if (phase == 1) rn -= q.dP * q.dy;
         const double m11 = q.y + q.P * t.compliance.x();
@@ -183,8 +183,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
         const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag * mu : mu, target = tau / t.w;
         const double g = mu * p_[i].x() + t.law.cohesion;
         const Vec3 du = system.relative(t, step_.data());
-        const double un = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
-        const double r2 = un - a * q.gamma - q.y;
+        const double r2 = un_[i] - a * q.gamma - q.y;
         const Vec3 dp = constant_[i] - D_[i] * du;
         double dgamma = 0;
         Vec2 dut = Vec2::Zero();

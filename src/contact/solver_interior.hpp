@@ -50,7 +50,7 @@ class Interior {
   std::vector<Pair> pairs_;
   std::vector<Mat3> D_;
   std::vector<Vec3> constant_, p_, best_;
-  std::vector<double> v_, step_, rhs_, force_, vp_;
+  std::vector<double> un_, v_, step_, rhs_, force_, vp_;
 };
 
 }  // namespace talus::contact::detail

@@ -16,8 +16,10 @@ using Panel = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 constexpr int dense_limit = 48;       // scalar size up to which one front is used
 constexpr int supernode_limit = 36;   // pivots beyond which relaxed amalgamation stops
 
+using Buffer = std::vector<double, Eigen::aligned_allocator<double>>;
+
 // In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement.
-bool partial_lu(double* F, int m, int k, int* pivot_row) {
+bool partial_lu(double* F, int m, int k, int* pivot_row, Buffer& upper) {
   for (int j = 0; j < k; ++j) {
     double* cj = F + static_cast<std::size_t>(j) * m;
     int best = j;
@@ -37,23 +39,35 @@ bool partial_lu(double* F, int m, int k, int* pivot_row) {
     }
   }
   if (k == m) return true;
-  for (int c = k; c < m; ++c) {
-    double* cc = F + static_cast<std::size_t>(c) * m;
-    for (int j = 0; j < k; ++j) {
-      const double x = cc[j];
+  const int r = m - k;
+  // Rows of the upper part become contiguous columns of its transpose.
+  upper.resize(static_cast<std::size_t>(r) * k);
+  double* U = upper.data();
+  for (int c = 0; c < r; ++c) {
+    const double* cc = F + static_cast<std::size_t>(k + c) * m;
+    for (int j = 0; j < k; ++j) U[static_cast<std::size_t>(j) * r + c] = cc[j];
+  }
+  for (int j = 0; j < k; ++j) {
+    const double* cj = F + static_cast<std::size_t>(j) * m;
+    const double* uj = U + static_cast<std::size_t>(j) * r;
+    for (int i = j + 1; i < k; ++i) {
+      const double x = cj[i];
       if (x == 0) continue;
-      const double* cj = F + static_cast<std::size_t>(j) * m;
-      for (int i = j + 1; i < k; ++i) cc[i] -= cj[i] * x;
+      double* ui = U + static_cast<std::size_t>(i) * r;
+      for (int c = 0; c < r; ++c) ui[c] -= x * uj[c];
     }
   }
-  const int r = m - k;
+  for (int c = 0; c < r; ++c) {
+    double* cc = F + static_cast<std::size_t>(k + c) * m;
+    for (int j = 0; j < k; ++j) cc[j] = U[static_cast<std::size_t>(j) * r + c];
+  }
   Panel lower(F + k, r, k, Eigen::OuterStride<>(m));
-  Panel upper(F + static_cast<std::size_t>(k) * m, k, r, Eigen::OuterStride<>(m));
+  Panel transposed(U, r, k, Eigen::OuterStride<>(r));
   Panel rest(F + static_cast<std::size_t>(k) * m + k, r, r, Eigen::OuterStride<>(m));
   if (r <= 12)
-    rest.noalias() -= lower.lazyProduct(upper);
+    rest.noalias() -= lower.lazyProduct(transposed.transpose());
   else
-    rest.noalias() -= lower * upper;
+    rest.noalias() -= lower * transposed.transpose();
   return true;
 }
 
@@ -307,7 +321,7 @@ bool BlockLU::factor() {
         stack_.resize(update.at);
       }
     }
-    if (!partial_lu(F, m, k, pivot_rows_.data() + front.pivot_row)) return false;
+    if (!partial_lu(F, m, k, pivot_rows_.data() + front.pivot_row, upper_part_)) return false;
     double* out = factor_.data() + front.factor;
     std::memcpy(out, F, sizeof(double) * static_cast<std::size_t>(m) * k);
     out += static_cast<std::size_t>(m) * k;

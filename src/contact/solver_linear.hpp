@@ -50,7 +50,7 @@ class BlockLU {
   std::vector<std::pair<int, int>> pairs_;
   std::vector<std::size_t> diagonal_, upper_, lower_;
   // Aligned, so that the order in which packets sum never depends on where the buffer happens to lie.
-  std::vector<double, Eigen::aligned_allocator<double>> values_, factor_, stack_, front_;
+  std::vector<double, Eigen::aligned_allocator<double>> values_, factor_, stack_, front_, upper_part_;
   mutable std::vector<double> local_;
   std::vector<Front> fronts_;
   std::vector<int> front_body_, front_offset_, pivot_rows_, place_;

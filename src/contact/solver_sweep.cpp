@@ -8,25 +8,25 @@ namespace talus::contact::detail {
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start) {
   const Law& law = t.law;
   const Vec3 stick = -t.W_inverse * q;
-  if (stick.x() >= law.floor && std::hypot(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion) return stick;
+  if (stick.x() >= law.floor && length(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion) return stick;
   const double at_floor = std::max(0.0, law.mu * law.floor + law.cohesion);
   if (at_floor <= 1e-14 * law.cohesion) {
     const Vec3 none(law.floor, 0, 0);
     const Vec3 u = q + t.W.col(0) * law.floor;
-    if (u.x() >= 0 && (law.exact || u.x() >= law.mu * std::hypot(u.y(), u.z()))) return none;
+    if (u.x() >= 0 && (law.exact || u.x() >= law.mu * length(u.y(), u.z()))) return none;
   }
   Vec3 p = start, next;
   if (law.exact) {
     // Slip: normal and tangential in turn. The tangential step is a projected gradient step with the largest eigenvalue.
     const double a = t.W(1, 1), b = t.W(2, 2), c = t.W(1, 2);
-    const double wt = 0.5 * (a + b) + std::hypot(0.5 * (a - b), c);
-    for (int k = 0; k < 8; ++k) {
+    const double wt = 0.5 * (a + b) + length(0.5 * (a - b), c);
+    for (int k = 0; k < 4; ++k) {
       const Vec3 u = q + t.W * p;
       next.x() = std::max(law.floor, p.x() - u.x() / t.W(0, 0));
       const double dn = next.x() - p.x();
       const double g = std::max(0.0, law.mu * next.x() + law.cohesion);
       double y = p.y() - (u.y() + t.W(1, 0) * dn) / wt, z = p.z() - (u.z() + t.W(2, 0) * dn) / wt;
-      const double s = std::hypot(y, z);
+      const double s = length(y, z);
       if (s > g) {
         y *= g / s;
         z *= g / s;
@@ -35,7 +35,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start) {
       next.z() = z;
       const double change = (next - p).cwiseAbs().maxCoeff();
       p = next;
-      if (change <= 1e-12 * p.cwiseAbs().maxCoeff()) break;
+      if (change <= 1e-4 * p.cwiseAbs().maxCoeff()) break;
     }
     return p;
   }

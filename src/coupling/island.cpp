@@ -167,6 +167,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
   if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10;
+  else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
   Counters& n = report_.counters;
   const auto attempt = [&] {
     const contact::SolveReport r = solver_.solve(problem_, settings);
@@ -421,6 +422,8 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         if (s < 1) {   // the step ends short of it; a row is there in the next one
           restore();
           ++report_.counters.rejected;
+          for (Touch& touch : touches_)
+            if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / h;
           h *= std::clamp(0.99 * s, 0.01, 0.99);
           continue;
         }

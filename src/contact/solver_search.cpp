@@ -1,0 +1,147 @@
+#include "contact/solver_search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "contact/solver_sweep.hpp"
+
+namespace talus::contact::detail {
+
+bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual) {
+  if (!(residual < best)) return false;
+  best = residual;
+  best_p = candidate;
+  best_v = velocities;
+  return true;
+}
+
+bool Search::newton(double epsilon, int max_newton) {
+  NewtonOptions options;
+  options.tolerance = tolerance_;
+  options.max_outer = settings_->max_outer;
+  options.epsilon = epsilon;
+  options.max_newton = max_newton;
+  trial_p_ = p;
+  const NewtonOutcome outcome = newton_.run(system, trial_p_, trial_v_, options);
+  report_->newton += outcome.newton;
+  report_->outer += outcome.outer;
+  consider(trial_p_, trial_v_, outcome.residual);
+  return best <= sufficient_;
+}
+
+bool Search::interior(double distance) {
+  InteriorOptions options;
+  options.tolerance = std::max(tolerance_, 1e-7 * settings_->velocity_scale);
+  options.start = distance;
+  trial_p_ = p;
+  system.velocities(trial_p_, trial_v_);
+  const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);
+  report_->newton += outcome.iterations;
+  consider(trial_p_, trial_v_, outcome.residual);
+  return best <= sufficient_;
+}
+
+bool Search::polish(int iterations) {
+  if (system.contacts() > DualNewton::most_contacts || best > 1e-2 * settings_->velocity_scale) return false;
+  trial_p_ = best_p;
+  const DualOutcome outcome = dual_.run(system, trial_p_, trial_v_, tolerance_, iterations);
+  report_->newton += outcome.iterations;
+  consider(trial_p_, trial_v_, outcome.residual);
+  return best <= sufficient_;
+}
+
+double Search::swept(int count) {
+  system.velocities(p, v);
+  sweep(system, p, v, count);
+  report_->sweeps += count;
+  system.velocities(p, v);
+  const double residual = system.residual(v, p);
+  consider(p, v, residual);
+  return residual;
+}
+
+void Search::start_from_nothing() {
+  for (std::size_t i = 0; i < p.size(); ++i) p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
+  system.velocities(p, v);
+}
+
+bool Search::shifted(int rounds, int budget) {
+  p = best_p;
+  v = best_v;
+  const int most = report_->newton + budget;   // a step that cannot be solved must not hang
+  bool done = false;
+  for (int k = 0; k < rounds && !done && report_->newton < most; ++k) {
+    for (int i = 0; i < system.contacts(); ++i) {
+      Touch& t = system.touch[i];
+      const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
+      t.shift = t.law.exact ? t.law.mu * length(u.y(), u.z()) : 0.0;
+    }
+    NewtonOptions options;
+    options.tolerance = std::max(tolerance_, 0.01 * best);
+    options.max_outer = settings_->max_outer;
+    options.convex = true;
+    options.epsilon = 1e-3;
+    options.max_newton = settings_->max_newton;
+    const NewtonOutcome outcome = newton_.run(system, p, v, options);
+    report_->newton += outcome.newton;
+    report_->outer += 1;
+    report_->convex_residual = outcome.residual / settings_->velocity_scale;
+    consider(p, v, system.residual(v, p));
+    done = best <= sufficient_ || newton(1e-3, 25);
+  }
+  for (Touch& t : system.touch) t.shift = 0;
+  return done;
+}
+
+bool Search::run(const SolveSettings& settings, SolveReport& report) {
+  settings_ = &settings;
+  report_ = &report;
+  tolerance_ = settings.tolerance * settings.velocity_scale;
+  sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+  hessian_.prepare(system);
+  const bool small = system.n <= 48;
+  // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
+  const bool near = small || best <= 1e-4 * settings.velocity_scale;
+  if (near && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+
+  // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations over problems of moving
+  // heaps). The Newton method finishes, since the regions are known by then.
+  report.tier = 'B';
+  const auto finish = [&] {
+    p = best_p;
+    if (!small && best > 1e-3 * settings.velocity_scale) return false;
+    return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
+  };
+  p = best_p;
+  if (interior(0.5 * best) || finish()) return true;
+  // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
+  for (int round = 0; round < 4; ++round) {
+    report.tier = 'B';
+    if (round == 2 && !small) {   // the convex problems are a surer way on than a path from nothing
+      report.tier = 'C';
+      if (shifted(4, 100)) return true;
+    }
+    p = best_p;
+    if (round < 2) {
+      const double after = swept(20);
+      if (best <= sufficient_ || interior(round == 0 ? after : 0.3 * after)) return true;
+    } else {
+      start_from_nothing();
+      if (interior(system.residual(v, p) * (round == 2 ? 1 : 10))) return true;
+    }
+    if (finish()) return true;
+  }
+  // Many sweeps find regions that a path misses; costly, so only now and then of use.
+  report.tier = 'C';
+  for (int round = 0; round < (small ? 4 : 1); ++round) {
+    p = best_p;
+    if (round % 2 == 0) start_from_nothing();
+    swept(system.contacts() <= 300 ? 100 << round : 50);
+    if (best <= sufficient_ || newton(1e-4, 20) || newton(1e-2, 30)) return true;
+  }
+  if (polish(400) || shifted(settings.max_outer, small ? 400 : 200) || polish(400)) return true;
+  report.tier = 'E';
+  return false;
+}
+
+}  // namespace talus::contact::detail

@@ -1,0 +1,47 @@
+/// The search for a solution of a contact problem: which method, from where, in which order (the tiers of problem.hpp).
+#pragma once
+#include <vector>
+
+#include "contact/problem.hpp"
+#include "contact/solver_dual.hpp"
+#include "contact/solver_interior.hpp"
+#include "contact/solver_newton.hpp"
+#include "contact/solver_system.hpp"
+
+namespace talus::contact::detail {
+
+class Search {
+ public:
+  System system;
+  std::vector<Vec3> p, best_p;     // the point at hand and the best so far
+  std::vector<double> v, best_v;   // their velocities
+  double best = 0;                 // residual of the best [m/s]
+
+  /// Keeps the candidate if it is better than the best.
+  bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
+  /// From p on. True if the best comes below what suffices.
+  bool run(const SolveSettings& settings, SolveReport& report);
+
+ private:
+  // Each from p; true if the best comes below what suffices.
+  bool newton(double epsilon, int max_newton);
+  bool interior(double distance);
+  bool polish(int iterations = 40);   // the last digits of a small problem, from the best
+  /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton method is tried from every
+  /// convex solution, since it converges fast once the slip directions are right.
+  bool shifted(int rounds, int budget);
+  double swept(int count);   // residual after sweeps from p
+  void start_from_nothing();
+
+  const SolveSettings* settings_ = nullptr;
+  SolveReport* report_ = nullptr;
+  double tolerance_ = 0, sufficient_ = 0;   // [m/s]
+  Hessian hessian_;
+  Newton newton_{hessian_};
+  Interior interior_{hessian_};
+  DualNewton dual_;
+  std::vector<Vec3> trial_p_;
+  std::vector<double> trial_v_;
+};
+
+}  // namespace talus::contact::detail
