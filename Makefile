@@ -10,7 +10,7 @@ help:
 	@echo "make test    install what is missing, build, run every test"
 	@echo "make build   build alone: the program is build/release/talus"
 	@echo "make cases   run every case in full (long)"
-	@echo "make bench   run the benchmark of the contact solver"
+	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
 	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
 	@echo "make clean   remove build/"
 
@@ -35,8 +35,10 @@ cases: build
 	@cases/run_all.sh
 
 bench: build
-	@cmake --build $(BUILD) -j $(JOBS) --target talus_solver_bench
-	@$(BUILD)/talus_solver_bench
+	@cmake --build $(BUILD) -j $(JOBS) --target talus_solver_bench talus_kernel_bench
+	@$$(find $(BUILD) -name talus_solver_bench -type f)
+	@$$(find $(BUILD) -name talus_kernel_bench -type f)
+	@python3 bench/run.py --peers bullet64,ode s1 s2 s4 s3-100
 
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
