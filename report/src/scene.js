@@ -152,7 +152,7 @@ function addTrajectories() {
   view.fastest = frames.speed.reduce((a, s) => (s > a ? s : a), 1e-9);
   // The blocks that went farthest, if there are too many to show.
   const chosen = [...Array(nb).keys()].filter((b) => (blocks[b].path_length || 0) > 0.02 * extent).sort((a, b) => blocks[b].path_length - blocks[a].path_length).slice(0, 150);
-  const step = Math.max(1, Math.ceil((nf * chosen.length) / 60000)), points = [], tones = [], c = [0, 0, 0];
+  const step = Math.max(1, Math.ceil((nf * chosen.length) / 24000)), points = [], tones = [], c = [0, 0, 0];
   for (const b of chosen) {
     let last = -1;
     for (let k = 0; k < nf; k = k + step < nf || k === nf - 1 ? k + step : nf - 1) {

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <filesystem>
+
 #include "app/commands.hpp"
 #include "core/error.hpp"
 #include "geometry/mesh.hpp"
@@ -32,6 +34,9 @@ int command_convert(const Options& options) {
   constexpr std::string_view blocks = "/geometry/blocks";
   if (options.repair && !(geometry::is_mesh_file(in) && geometry::is_mesh_file(out)))
     throw InputError(Problem{.file = in, .line = 0, .column = 0, .key = "--repair", .value = out, .rule = "repairs surface meshes only", .remedy = "give IN and OUT as STL, OBJ, PLY, OFF or VTU"});
+  std::error_code missing;
+  if (std::filesystem::equivalent(file, out, missing))
+    throw InputError(Problem{.file = in, .line = 0, .column = 0, .key = "OUT", .value = out, .rule = "is the file that is read", .remedy = "name another one: the original stays as it is"});
   if (options.repair) return repair_mesh(in, out);
   if (is_hdf5(file) && geometry::is_mesh_file(out) && part.starts_with(blocks) && (part.size() == blocks.size() || part[blocks.size()] == '@'))
     geometry::write_mesh(out, io::read_blocks(file, part.size() > blocks.size() ? part.substr(blocks.size() + 1) : ""));

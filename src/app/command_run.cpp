@@ -201,20 +201,23 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   outcome.counters = result.counters;
   outcome.audit = result.audit;
   outcome.audit_made = result.audit_made;
-  recorder.finish(outcome);
-  if (result.status == "done" || result.status == "at rest") io::write_final_state(directory / "results.h5", simulation.final_state());
+  const bool ended = result.status == "done" || result.status == "at rest";
+  save_final_state(directory, simulation.save(), simulation.time(), hash);
+  const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
+  recorder.finish(outcome, ended ? &final_state : nullptr);
   const sim::RunCounters& n = result.counters;
   recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
                               {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
                               {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
   // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
-  if (result.status == "done" || result.status == "at rest") {
+  if (ended) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  save_final_state(directory, simulation.save(), simulation.time(), hash);
   print_result(result, directory, simulation.time());
-  if (report) fmt::print("Report: {}\n", io::write_report(directory).string());
+  if (report && result.exit_code == 128 + SIGTERM)   // whoever sent it waits for the end
+    fmt::print("No report was written: talus report {} makes it.\n", directory.string());
+  else if (report) fmt::print("Report: {}\n", io::write_report(directory).string());
   return result.exit_code;
 }
 

@@ -70,7 +70,7 @@ int run(int argc, char** argv) {
     fmt::print("{}", cli->help("", CLI::AppFormatMode::All));
     return done;
   } catch (const CLI::ParseError& error) {
-    return complain(fmt::format("talus: {}\nSee talus --help.", error.what()), bad_input);
+    return complain(fmt::format("talus: error: {}; see talus --help", error.what()), bad_input);
   }
   if (options.man) {
     fmt::print("{}", man_page(*cli));

@@ -72,6 +72,22 @@ std::vector<Problem> cut_problems(const CutSpec& spec) {
   return out;
 }
 
+namespace {
+
+/// Blocks that sets of endless joints cut from a large volume: one per corner, and each three planes make one.
+double expected_blocks(const std::vector<CutJointSet>& sets, double volume) {
+  double density = 0;
+  for (std::size_t a = 0; a < sets.size(); ++a)
+    for (std::size_t b = a + 1; b < sets.size(); ++b)
+      for (std::size_t c = b + 1; c < sets.size(); ++c) {
+        const auto normal = [&](std::size_t k) { return joint_normal(sets[k].dip_direction, sets[k].dip); };
+        density += std::abs(normal(a).dot(normal(b).cross(normal(c)))) / (sets[a].spacing * sets[b].spacing * sets[c].spacing);
+      }
+  return density * volume;
+}
+
+}  // namespace
+
 namespace cutting {
 
 std::vector<JointPlane> set_planes(const CutJointSet& set, int joint, const Box3& region, const std::vector<Vec3>& corners) {
@@ -316,6 +332,12 @@ CutResult cut(const CutSpec& spec) {
   }
   Box3 box = bounding_box(region);
   result.region_volume = volume(region);
+  if (const double blocks = expected_blocks(spec.joint_sets, result.region_volume); blocks > 2 * static_cast<double>(spec.most_blocks)) {
+    std::string names;
+    for (const CutJointSet& s : spec.joint_sets) names += (names.empty() ? "" : ", ") + fmt::format("{} {:g} m", s.name, s.spacing);
+    throw InputError(Problem{.key = "rock_mass.joint_set", .value = "spacing " + names,
+                             .rule = fmt::format("would cut about {:.2g} blocks; at most {} are cut", blocks, spec.most_blocks), .remedy = "enlarge the spacing or shrink the region"});
+  }
   CellComplex complex(1e-10 * box.diagonal().norm());
   add_region(complex, region);
 
@@ -361,6 +383,17 @@ CutResult cut(const CutSpec& spec) {
     check_size("joint." + joint.name);
   }
   make_blocks(complex, marks, spec.least_volume, result);
+  std::vector<char> found(result.joint_names.size(), 0);
+  for (const CutInterface& i : result.interfaces) found[i.joint] = 1;
+  for (const CutBlock& b : result.blocks)
+    for (const int joint : b.body.face_joint_set)
+      if (joint >= 0) found[joint] = 1;
+  for (std::size_t k = 0; k < found.size(); ++k)
+    if (!found[k])
+      result.warnings.push_back({.severity = Problem::Severity::warning,
+                                 .key = fmt::format("rock_mass.{}.{}", static_cast<int>(k) < sets ? "joint_set" : "joint", result.joint_names[k]),
+                                 .rule = "separates no blocks of the region",
+                                 .remedy = static_cast<int>(k) < sets ? "check its origin and spacing against the region's size" : "check through, and radius or polygon, against the region"});
   return result;
 }
 

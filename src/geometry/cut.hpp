@@ -48,7 +48,7 @@ struct CutJoint {
   double dip_direction = 0, dip = 0;   // [rad]
   Vec3 through = Vec3::Zero();         // [m]
   double radius = 0;                   // disc about `through` [m]; 0: unbounded
-  std::vector<Vec3> polygon{};           // or a simple polygon, projected onto the plane [m]
+  std::vector<Vec3> polygon{};         // or a simple polygon, projected onto the plane [m]
   double bond_tension = 0, bond_shear = 0;  // [Pa]
 };
 

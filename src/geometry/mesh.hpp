@@ -51,6 +51,8 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
 /// `read_mesh` and `closed_mesh_problems`; throws InputError with all problems. A mesh that is closed and consistent
 /// but inside out is an error too: which side is rock is never guessed.
 Mesh read_closed_mesh(const std::string& path);
+/// Parts of a closed surface that hang together by vertices and enclose matter; cavities do not count.
+int body_count(const Mesh& mesh);
 
 /// Signed volume enclosed by a closed mesh [m^3].
 double signed_volume(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles);

@@ -132,6 +132,20 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
   return problems;
 }
 
+int body_count(const Mesh& mesh) {
+  std::vector<int> root(mesh.vertices.size());
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (const auto& t : mesh.triangles)
+    for (const int v : t) root[find(v)] = find(t[0]);
+  std::vector<double> six_volumes(mesh.vertices.size(), 0.0);
+  for (const auto& t : mesh.triangles) six_volumes[find(t[0])] += mesh.vertices[t[0]].dot(mesh.vertices[t[1]].cross(mesh.vertices[t[2]]));
+  return static_cast<int>(std::count_if(six_volumes.begin(), six_volumes.end(), [](double v) { return v > 0; }));
+}
+
 Mesh read_closed_mesh(const std::string& path) {
   Mesh mesh = read_mesh(path);
   if (auto problems = closed_mesh_problems(mesh, path); !problems.empty()) throw InputError(std::move(problems));

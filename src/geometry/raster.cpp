@@ -1,14 +1,20 @@
 #include "geometry/raster.hpp"
 
 #include <dlfcn.h>
+#include <fmt/format.h>
+#include <strings.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <fstream>
 #include <mutex>
 #include <vector>
 
 #include "core/error.hpp"
+#include "geometry/text_cursor.hpp"
 
 namespace talus::geometry {
 namespace {
@@ -52,12 +58,48 @@ const Module& module(const std::string& for_file) {
                            .remedy = "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module"});
 }
 
+/// What the library's reader of ESRI ASCII grids lets pass: words where heights should be count as zero, values beyond the last are left
+/// unread. Decimal commas are allowed, as there.
+void check_ascii_grid(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string text(5, ' ');
+  if (!in.read(text.data(), 5) || strncasecmp(text.data(), "ncols", 5) != 0) return;
+  in.seekg(0, std::ios::end);
+  text.resize(static_cast<std::size_t>(in.tellg()));
+  in.seekg(0);
+  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+  std::replace(text.begin(), text.end(), ',', '.');
+  TextCursor cursor(text, path);
+  double columns = 0, rows = 0;
+  const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+  while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {
+    std::string key(cursor.word());
+    std::transform(key.begin(), key.end(), key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    if (key == "nodata_value") {
+      cursor.word();
+      continue;
+    }
+    const double value = cursor.number<double>("raster");
+    if (key == "ncols") columns = value;
+    if (key == "nrows") rows = value;
+    if (!std::isfinite(value) || ((key == "ncols" || key == "nrows" || key == "cellsize") && !(value > 0)))
+      throw InputError(Problem{.file = path, .key = "raster " + key, .value = std::to_string(value), .rule = "must be a positive number", .remedy = "correct the header of the grid"});
+  }
+  double count = 0;
+  for (; !cursor.at_end(); ++count) cursor.number<double>("raster height");
+  if (count != columns * rows)
+    throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{:.0f} values", count),
+                             .rule = fmt::format("has {:.0f} columns and {:.0f} rows by its header: {:.0f} values", columns, rows, columns * rows),
+                             .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
+}
+
 }  // namespace
 
 Raster read_raster(const std::string& path) {
   if (access(path.c_str(), R_OK) != 0)
     throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read",
                              .remedy = "check the path, which is relative to the scene file"});
+  check_ascii_grid(path);
   Raster r;
   if (!module(path).read(path.c_str(), &r))
     throw InputError(Problem{.file = path, .key = "raster", .rule = r.error, .remedy = "give an ESRI ASCII grid or a GeoTIFF"});

@@ -134,6 +134,8 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     mesh = convex_hull(points);
   };
   const Vec3 one = Vec3::Ones();
+  if (s.size.maxCoeff() > 0 && s.size.minCoeff() < 1e-6 * s.size.maxCoeff())
+    bad("size", text(s.size), "one extent is less than a millionth of another", "give a body: contact needs its thickness");
   if (s.kind == "box") {
     mesh = convex_hull(signs(extents(s, one) / 2));
   } else if (s.kind == "tetrahedron") {
@@ -146,8 +148,8 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     hull(golden(1, std::numbers::phi), extents(s, one));
   } else if (s.kind == "sphere") {
     const int m = s.longitudes ? s.longitudes : 12, n = s.latitudes ? s.latitudes : 5;
-    if (m < 3 || m > 1000) bad("longitudes", std::to_string(m), "must be 3 to 1000", "give the number of meridians");
-    if (n < 1 || n > 1000) bad("latitudes", std::to_string(n), "must be 1 to 1000", "give the number of circles between the poles");
+    if (m < 3 || m > 100) bad("longitudes", std::to_string(m), "must be 3 to 100", "give the number of meridians");
+    if (n < 1 || n > 100) bad("latitudes", std::to_string(n), "must be 1 to 100", "give the number of circles between the poles");
     if (s.diameter < 0) bad("diameter", fmt::format("{}", s.diameter), "must be positive", "give it in metres");
     auto points = sphere(m, n);
     if (s.diameter > 0) {  // its corners lie on the sphere
@@ -165,6 +167,9 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   } else if (s.kind == "file") {
     if (s.file.empty()) bad("file", "", "a mesh file is needed", "give file = \"rock.obj\"");
     mesh = read_closed_mesh(s.file);
+    if (const int pieces = body_count(mesh); pieces > 1)
+      throw InputError(Problem{.file = s.file, .key = "mesh", .value = fmt::format("{} pieces", pieces), .rule = "holds pieces that do not hang together",
+                               .remedy = "give each as a block of its own; rock_mass.blocks takes a file with a group for each"});
   } else if (s.kind == "random-convex" || s.kind == "random-concave") {
     if (!(s.aspect.minCoeff() > 0)) bad("aspect", text(s.aspect), "proportions must be positive", "give aspect = [a, b, c]");
     const Vec3 size = extents(s, s.aspect);

@@ -1,7 +1,6 @@
 #include "io/final_state.hpp"
 
 #include "io/files.hpp"
-#include "io/hdf5_file.hpp"
 
 namespace talus::io {
 namespace {
@@ -12,8 +11,7 @@ std::string key(const char* group, const std::string& name) { return std::string
 
 }  // namespace
 
-void write_final_state(const std::filesystem::path& results, const sim::FinalState& state) {
-  Hdf5File file = Hdf5File::append(results);
+void write_final_state(Hdf5File& file, const sim::FinalState& state) {
   file.group("/state/blocks");
   file.group("/state/structures");
   for (const auto& [name, b] : state.blocks) {
@@ -31,7 +29,6 @@ void write_final_state(const std::filesystem::path& results, const sim::FinalSta
     file.write<double>(key("structures", name) + "/nodes", x, {s.nodes.size(), 3}, "m", "reference positions");
     file.write<double>(key("structures", name) + "/history", s.history, {s.history.size()}, "", "state of the structure, for initial_state");
   }
-  file.close();
 }
 
 sim::FinalState read_final_state(const std::filesystem::path& results) {

@@ -7,12 +7,13 @@
 #include <filesystem>
 #include <string>
 
+#include "io/hdf5_file.hpp"
 #include "sim/final_state.hpp"
 
 namespace talus::io {
 
-/// Adds the state to a results.h5 that is complete. Throws WriteError.
-void write_final_state(const std::filesystem::path& results, const sim::FinalState& state);
+/// Adds the state to a results file that is being written. Throws WriteError.
+void write_final_state(Hdf5File& file, const sim::FinalState& state);
 
 /// Throws InputError: no such file, no results of a run that has ended, damaged.
 sim::FinalState read_final_state(const std::filesystem::path& results);

@@ -166,13 +166,6 @@ Hdf5File Hdf5File::open(const std::filesystem::path& path) {
   return {path, id, false};
 }
 
-Hdf5File Hdf5File::append(const std::filesystem::path& path) {
-  prepare_library();
-  const hid_t id = H5Fopen(path.c_str(), H5F_ACC_RDWR, H5P_DEFAULT);
-  if (id < 0) throw WriteError(system_error("open", path));
-  return {path, id, true};
-}
-
 template <class T>
 void Hdf5File::write(const std::string& path, std::span<const T> values, const Dims& dims, const std::string& unit, const std::string& description) {
   const Id properties = dataset_properties(dims, sizeof(T));

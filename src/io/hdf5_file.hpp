@@ -30,8 +30,6 @@ class Hdf5File {
   /// `user_block` bytes (0, or a power of two of at least 512) are left free at the start of the file.
   static Hdf5File create(const std::filesystem::path& path, std::size_t user_block = 0);
   static Hdf5File open(const std::filesystem::path& path);
-  /// Opens a file to write more into it.
-  static Hdf5File append(const std::filesystem::path& path);
   Hdf5File(Hdf5File&& other) noexcept;
   Hdf5File& operator=(Hdf5File&&) = delete;
   ~Hdf5File();

@@ -174,10 +174,10 @@ std::uint64_t Recorder::checkpoint() {
   return impl_->journal->position();
 }
 
-std::string Recorder::finish(const Outcome& outcome) {
+std::string Recorder::finish(const Outcome& outcome, const sim::FinalState* state) {
   impl_->journal->append(RecordKind::outcome, encode_outcome(outcome));
   impl_->journal->sync();
-  const BuiltResults built = build_results(impl_->options.directory, &outcome, impl_->journal->position());
+  const BuiltResults built = build_results(impl_->options.directory, &outcome, impl_->journal->position(), state);
   impl_->write_pvd();
   write_file(impl_->options.directory / "summary.json", built.summary_json);
   if (outcome.status == "done" || outcome.status == "at rest") {

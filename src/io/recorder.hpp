@@ -16,6 +16,7 @@
 #include "core/log.hpp"
 #include "io/files.hpp"
 #include "io/summary.hpp"
+#include "sim/final_state.hpp"
 #include "sim/frame.hpp"
 
 namespace talus::io {
@@ -47,8 +48,9 @@ class Recorder {
   /// Makes everything recorded so far durable and returns the journal's position, to be stored in the checkpoint.
   std::uint64_t checkpoint();
   /// Builds results.h5, .xdmf, .pvd, summary.json. A status other than "done" or "at rest" keeps the journal, so that the run can be resumed.
-  /// Returns the text of summary.json.
-  std::string finish(const Outcome& outcome);
+  /// `state` goes into results.h5, for a later run to start from. summary.json is swapped in last: where it tells of the end, all else is there.
+  /// Returns its text.
+  std::string finish(const Outcome& outcome, const sim::FinalState* state = nullptr);
 
   JsonLog& log();  // log.jsonl
   const std::filesystem::path& directory() const;

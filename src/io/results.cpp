@@ -458,7 +458,7 @@ class FieldWriter {
 
 namespace {
 
-BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit) {
+BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
   const std::filesystem::path journal = directory / "journal.bin";
   Count c = count(journal, limit);
   if (outcome == nullptr && c.outcome) outcome = &*c.outcome;
@@ -511,6 +511,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     contacts.flush();
     file.write<double>("/fields/time", field_times, {field_times.size()}, "s", "time of each frame group");
     if (summary) built.summary_json = summary->text(outcome);
+    if (state != nullptr) write_final_state(file, *state);
     file.close();
     frames = fields.frames();
   }
@@ -522,9 +523,9 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
 
 }  // namespace
 
-BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit) {
+BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
   try {
-    return build(directory, outcome, limit);
+    return build(directory, outcome, limit, state);
   } catch (const std::out_of_range& e) {  // whole by its checksum, and yet no record of ours
     throw bad_file(directory / "journal.bin", {}, fmt::format("holds a record that cannot be read: {}", e.what()), "run the scene again");
   }

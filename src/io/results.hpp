@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "io/final_state.hpp"
 #include "io/hdf5_file.hpp"
 #include "io/summary.hpp"
 
@@ -16,8 +17,9 @@ struct BuiltResults {
   std::size_t rows = 0, contacts = 0, fields = 0;
 };
 
-/// Writes results.h5 and results.xdmf of `directory` (each swapped in by rename). Reads the journal up to `limit` bytes.
-BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome = nullptr, std::uint64_t limit = ~std::uint64_t{0});
+/// Writes results.h5 and results.xdmf of `directory` (each swapped in by rename). Reads the journal up to `limit` bytes. `state`: of a run that has
+/// ended, for a later run to start from.
+BuiltResults build_results(const std::filesystem::path& directory, const Outcome* outcome = nullptr, std::uint64_t limit = ~std::uint64_t{0}, const sim::FinalState* state = nullptr);
 
 /// What does not change with time: /geometry, names, materials, the plan.
 void write_geometry(Hdf5File& file, const sim::RunHeader& header);

@@ -21,13 +21,13 @@ void add_shape(std::vector<Key>& keys, const std::string& at) {
        .required = "if shape is \"file\""});
   add({.path = "size", .type = Type::vector, .dimension = length, .doc = "Full extents along the body axes.", .required = "for a box, unless volume or mass is given (a cube)", .min = 0, .above = true});
   add({.path = "diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a sphere.", .min = 0, .above = true});
-  add({.path = "longitudes", .type = Type::integer, .fallback = "12", .doc = "Sphere: meridians, equally spaced.", .min = 3, .max = 1000});
-  add({.path = "latitudes", .type = Type::integer, .fallback = "5", .doc = "Sphere: circles between the poles.", .min = 1, .max = 1000});
+  add({.path = "longitudes", .type = Type::integer, .fallback = "12", .doc = "Sphere: meridians, equally spaced.", .min = 3, .max = 100});
+  add({.path = "latitudes", .type = Type::integer, .fallback = "5", .doc = "Sphere: circles between the poles.", .min = 1, .max = 100});
   add({.path = "vertices", .type = Type::vectors, .dimension = length, .doc = "Convex: the block is the hull of these points.", .required = "if shape is \"convex\""});
   add({.path = "volume", .type = Type::quantity, .dimension = volume, .doc = "Scales the shape to this volume. Not together with mass.", .min = 0, .above = true});
   add({.path = "mass", .type = Type::quantity, .dimension = mass, .doc = "Scales the shape to this mass. Not together with volume.", .min = 0, .above = true});
   add({.path = "seed", .type = Type::integer, .fallback = "1", .doc = "Random shapes: the same seed gives the same rock.", .min = 0, .max = 4294967295.0});
-  add({.path = "aspect", .type = Type::vector, .dimension = number, .fallback = "[1.0, 1.0, 1.0]", .doc = "Random shapes: ratio of the extents.", .min = 0, .above = true});
+  add({.path = "aspect", .type = Type::vector, .dimension = number, .fallback = "[1.0, 1.0, 1.0]", .doc = "Random shapes: ratio of the extents.", .min = 0.01, .max = 100});
 }
 
 void add_orientation(std::vector<Key>& keys, const std::string& at) {

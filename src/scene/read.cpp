@@ -53,6 +53,8 @@ void read_simulation(Reading& in, const View& root) {
   } else if (!view.has("accuracy") && !view.has("step")) {
     s.accuracy = view.number("accuracy");
   }
+  constexpr double most_steps = 1e12;   // beyond, time plus a step is no longer a later time
+  if (s.step && *s.step * most_steps < s.duration) view.problem("step", fmt::format("makes more than {:g} steps of the duration", most_steps), "lengthen the step");
   if (s.step && *s.step > s.duration) view.problem("step", "must not be longer than the duration", "shorten the step");
 }
 
@@ -73,6 +75,12 @@ void read_coupling_and_output(Reading& in, const View& root) {
     o.history_interval = view->number("history_interval");
     o.checkpoint_steps = static_cast<int>(view->integer("checkpoint_steps"));
     o.report = view->flag("report");
+    constexpr double most_rows = 1e8, most_frames = 1e6;
+    const double duration = in.scene.simulation.duration;
+    if (o.history_interval * most_rows < duration)
+      view->problem("history_interval", fmt::format("makes more than {:g} rows of the duration of {:g} s", most_rows, duration), "lengthen it, or shorten the duration");
+    if (o.interval * most_frames < duration)
+      view->problem("interval", fmt::format("makes more than {:g} frames of the duration of {:g} s", most_frames, duration), "lengthen it, or shorten the duration");
   }
 }
 

@@ -18,6 +18,19 @@ Vec3 plane_normal(double dip_direction, double dip) {
   return {std::sin(dip) * std::sin(dip_direction), std::sin(dip) * std::cos(dip_direction), std::cos(dip)};
 }
 
+/// Whether two sides of a polygon in the plane of normal n cross, or touch where they are not neighbours.
+bool crosses_itself(const std::vector<Vec3>& p, const Vec3& n) {
+  const std::size_t count = p.size();
+  const auto turn = [&](const Vec3& a, const Vec3& b, const Vec3& c) { return n.dot((b - a).cross(c - a)); };
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = i + 2; j < count; ++j) {
+      if (i == 0 && j + 1 == count) continue;
+      const Vec3 &a = p[i], &b = p[i + 1], &c = p[j], &d = p[(j + 1) % count];
+      if (turn(a, b, c) * turn(a, b, d) <= 0 && turn(c, d, a) * turn(c, d, b) <= 0) return true;
+    }
+  return false;
+}
+
 /// Unit vectors come back from scene.resolved.json with their bits kept: what is unit to rounding is not divided again.
 Vec3 unit(const Vec3& v) { return std::abs(v.squaredNorm() - 1) > 1e-14 ? v.stableNormalized() : v; }
 
@@ -378,6 +391,8 @@ void read_rock_mass(Reading& in, const View& root) {
         at.problem("polygon", "every corner must lie in the plane of the joint", "correct the corners, the orientation or through");
         break;
       }
+    if (at.get("polygon") && joint.polygon.size() >= 3 && crosses_itself(joint.polygon, normal))
+      at.problem("polygon", "its sides cross", "give the corners in order around it");
     mass.joints.push_back(std::move(joint));
   }
   in.scene.rock_mass = std::move(mass);

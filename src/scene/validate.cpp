@@ -10,6 +10,18 @@
 namespace talus::scene {
 namespace {
 
+/// Beyond these no scene makes sense, and squares and cubes of what is computed from them leave the range of numbers.
+double largest(Dimension d) {
+  using namespace dimension;
+  const std::pair<Dimension, double> table[] = {
+      {length, 1e9}, {time, 1e9}, {mass, 1e15}, {density, 1e6}, {volume, 1e15}, {velocity, 1e5}, {acceleration, 1e6}, {angular_velocity, 1e6},
+      {angle, 1e6}, {pressure, 1e18}, {force, 1e18}, {fracture_energy, 1e12}};
+  for (const auto& [dimension, value] : table)
+    if (dimension == d) return value;
+  return 1e30;
+}
+
+constexpr double largest_friction = 1e6;
 
 class Validator {
  public:
@@ -86,6 +98,11 @@ class Validator {
     const auto value = quantity_of(node, dimension, why);
     if (!value) {
       report(owner, why, "see talus explain " + key.path);
+      return false;
+    }
+    if (const double most = largest(dimension); std::abs(*value) > most) {
+      const std::string unit = dimension.none() ? "" : " " + unit_name(dimension);
+      report(owner, fmt::format("must not exceed {:g}{}", most, unit), "check the number and its unit");
       return false;
     }
     return range(*value, key, owner);
@@ -285,6 +302,7 @@ class Validator {
     const std::string remedy = "write an angle with its unit, \"28 deg\", or the coefficient as a bare number, 0.53";
     if (node.is_number()) {
       if (!std::isfinite(node.as_number()) || node.as_number() < 0) report(node, "must be a coefficient >= 0 or an angle", remedy);
+      else if (node.as_number() > largest_friction) report(node, fmt::format("must not exceed {:g}", largest_friction), remedy);
       return;
     }
     std::string error;

@@ -302,8 +302,20 @@ class Builder {
         continue;
       }
       part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
+      check_probes(spec, part.index->bounds());
       env_.structures.push_back(std::move(part));
     }
+  }
+
+  /// The nearest point of the structure is followed, but not one of another place altogether.
+  void check_probes(const StructureSpec& spec, const Box3& bounds) {
+    const double size = bounds.sizes().norm();
+    for (const StructureSpec::Probe& p : spec.probes)
+      if (const double d = bounds.exteriorDistance(p.at); d > 0.1 * size)
+        problem(fmt::format("structure.{}.probe.{}.at", spec.name, p.name), fmt::format("[{:g}, {:g}, {:g}]", p.at.x(), p.at.y(), p.at.z()),
+                fmt::format("lies {:.3g} m from the structure, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}", d, bounds.min().x(), bounds.max().x(), bounds.min().y(), bounds.max().y(),
+                            bounds.min().z(), bounds.max().z()),
+                "give a point of the structure in scene coordinates");
   }
 
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.

@@ -11,7 +11,7 @@
 namespace talus::sim {
 namespace {
 
-constexpr int most_tries = 2000;  // for a place that is free, within the polygons and on the ground
+constexpr int most_tries = 2000;  // for the next place that is free, within the polygons and on the ground
 
 /// Uniform over all orientations [Shoemake 1992].
 Mat3 random_rotation(geometry::Random& random) {
@@ -65,7 +65,7 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   std::vector<std::pair<Vec3, Mat3>> places;
   bool over_ground = false;
   for (int tries = 0; static_cast<int>(places.size()) < release.count; ++tries) {
-    if (tries == most_tries * release.count)
+    if (tries == most_tries)
       throw InputError(Problem{.file = release.polygon, .key = over_ground ? "release.count" : "release.polygon",
                                .value = over_ground ? fmt::format("{}", release.count) : fmt::format("x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),
                                .rule = over_ground ? fmt::format("only {} blocks find room in the area", places.size()) : "no place of the area lies over the terrain",
@@ -84,6 +84,7 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
     if (!is_free) continue;
     occupied.emplace_back(c, body.radius);
     places.emplace_back(c, rotation);
+    tries = 0;
   }
   return places;
 }
