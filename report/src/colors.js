@@ -1,8 +1,9 @@
-// Colour maps as short tables, interpolated. Each is monotone in lightness, so that it survives grey printing.
+// Colour maps as short tables, interpolated. Those of structures start at the tone of concrete and darken, so that what is not loaded looks as it
+// is, and grey printing keeps the order.
 const maps = {
   damage: ["#c9c4ba", "#e6c86e", "#ef9a3c", "#d9482b", "#8a1226", "#3d0614"],
-  viridis: ["#440154", "#443a83", "#31688e", "#21908c", "#35b779", "#8fd744", "#fde725"],
-  magma: ["#1b1044", "#51127c", "#8c2981", "#c83e73", "#f4695c", "#feae77", "#fcfdbf"],
+  displacement: ["#c9c4ba", "#a9d45f", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#46327e", "#2c0a45"],
+  load: ["#c9c4ba", "#f7b98a", "#f4695c", "#c83e73", "#8c2981", "#51127c", "#1b1044"],
   speed: ["#2c5fa8", "#2f9db0", "#63bf7c", "#e8cf4a", "#ef8a3c", "#d23a2f"],
 };
 const hex = (h) => [1, 3, 5].map((i) => parseInt(h.slice(i, i + 2), 16) / 255);

@@ -79,6 +79,13 @@ if (summary.structures && summary.structures.length) {
 }
 if (summary.energy) card("Energy residual", `${number(100 * summary.energy.residual_relative, 2)} %`, "", "worst, of the greatest kinetic energy");
 if (summary.time && summary.time.wall_seconds) card("Computed in", summary.time.wall_seconds, "s", `${number(summary.time.end, 4)} s simulated`);
+// Rows of about the same length: nine cards are five and four, not seven and two.
+function level() {
+  const n = $("cards").children.length, most = Math.max(2, Math.floor(($("cards").clientWidth + 10) / 182)), rows = Math.ceil(n / most);
+  if (n) $("cards").style.gridTemplateColumns = `repeat(${Math.ceil(n / rows)}, minmax(0, 1fr))`;
+}
+new ResizeObserver(level).observe($("cards"));
+level();
 
 // ---- time
 let time = data.start, playing = false, lastTick = 0, speed = 1, open3d = false;
@@ -203,10 +210,10 @@ function legend() {
   if (structures.length) {
     if (view.field === "damage") add("Damage [–]", "damage", "0 sound", "1 lost");
     const d = Math.max(...structures.map((s) => s.displacement_max)), q = Math.max(...structures.map((s) => s.stress_max));
-    if (view.field === "displacement") add("Displacement", "viridis", "0", text(d, "m"));
+    if (view.field === "displacement") add("Displacement", "displacement", "0", text(d, "m"));
     const w = Math.max(...structures.map((s) => s.crack_max || 0));
-    if (view.field === "crack") add("Crack width", "magma", "0", text(w, "m"));
-    if (view.field === "stress") add("Von Mises stress", "magma", "0", text(q, "Pa"));
+    if (view.field === "crack") add("Crack width", "load", "0", text(w, "m"));
+    if (view.field === "stress") add("Von Mises stress", "load", "0", text(q, "Pa"));
     if (view.field === "bars") add("Strain of the bars, size", "speed", "0", `${number(1000 * Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), 3)} ‰`);
   }
   if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));

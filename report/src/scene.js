@@ -255,7 +255,7 @@ function showStructure(body, t) {
   const e = body.epochs[f.epoch], g = e.mesh.geometry, x = g.getAttribute("position").array, tone = g.getAttribute("color").array;
   const a = array(`${f.data}_displacement`), b = same ? array(`${next.data}_displacement`) : a, unit = body.s.displacement_max / 32767, scale = unit * view.exaggeration;
   const cells = view.field === "damage" ? array(`${f.data}_damage`) : view.field === "stress" ? array(`${f.data}_stress`) : view.field === "crack" ? array(`${f.data}_crack`) : null;
-  const top = view.field === "damage" ? 255 : 65535, map = view.field === "damage" ? "damage" : view.field === "stress" || view.field === "crack" ? "magma" : "viridis";
+  const top = view.field === "damage" ? 255 : 65535, map = view.field === "damage" ? "damage" : view.field === "stress" || view.field === "crack" ? "load" : "displacement";
   const largest = body.s.displacement_max || 1, c = [0, 0, 0];
   for (let q = 0, n = e.quads.length; q < n; q++) {
     const i = 3 * e.quads[q];

@@ -11,7 +11,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double steep = 0.17;              // 10 degrees: an edge falling more than this from a vertex is no contact edge
 constexpr double lean = 0.02;               // faces and edges closer than this to parallel are completed to manifolds
 constexpr double parallel_cosine = 0.9998;
-constexpr double crossed_overlap = 0.1;     // overlap of crossed edges that is still looked for, over the deepest of all
+constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
 
 struct Scratch {
   Patch a, b;
@@ -66,24 +66,6 @@ Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior
     if ((x - y).squaredNorm() < d) d = (x - y).squaredNorm(), best = y;
   }
   return best;
-}
-
-/// True if x lies behind the surface: its nearest point tells.
-bool behind(const Patch& p, const Vec3& x, double touch) {
-  double nearest = infinity;
-  Vec3 foot = x, pseudo = Vec3::Zero();
-  for (const auto& t : p.triangles) {
-    if (std::abs(t.n.dot(x) - t.level) > nearest + touch) continue;
-    bool interior;
-    const Vec3 y = closest_on_triangle(t, x, interior);
-    const double d = (x - y).norm();
-    if (d < nearest - touch) {
-      nearest = d, foot = y, pseudo = t.n;
-    } else if (d < nearest + touch) {
-      pseudo += t.n;
-    }
-  }
-  return pseudo.dot(x - foot) < 0;
 }
 
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
@@ -168,8 +150,10 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
         admitted = -h, t_admitted = &t, foot_admitted = y;
     }
     if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) continue;
-    if (nearest <= s.touch && out.size() > start) continue;
-    if (t_admitted) {
+    // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
+    const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
+    if (nearest <= s.touch && (out.size() > start || far)) continue;
+    if (t_admitted && !far) {
       emit(*t_admitted, t_admitted->n, foot_admitted, -admitted);
     } else {
       const Vec3 n = (foot_near - v.x).normalized();
@@ -210,8 +194,6 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
         n = -(bl >= br ? b.left : b.right);
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      // Edges on the far sides of two neighbours look crossed as well: each must have the other one's point behind its surface.
-      if (gap < -16 * s.touch && !(behind(s.A, c.b, s.touch) && behind(s.B, c.a, s.touch))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);

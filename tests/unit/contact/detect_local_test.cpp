@@ -343,8 +343,8 @@ TEST(ConcaveContact, StandingFlushOnAnLTouchesTheTopOnly) {
 }
 
 TEST(ConcaveContact, NeighboursCutFromOneRockDoNotOverlap) {
-  // Two blocks of a rock mass, joined of several cells each: an edge on the far side of one and one on the far side of the other face each other
-  // across both as if they had been pushed through.
+  // Two blocks of a rock mass, joined of several cells each: a corner of the first lies on an edge of the second, none of whose near faces it could
+  // press on; it is not inside as deep as the far side.
   const Polyhedron first = make_polyhedron(
       {{1.1474771797357812, -1.2482032889260846, 0.9156222100480989}, {1.1474859978289915, -0.695994903240277, 1.4672418419815045}, {1.1167588014252505,
        -1.261723446636522, 1.7812336855385666}, {-0.9282941064244001, -1.0936567737642409, -1.7023708778664997}, {1.0083168208820572, -1.1954813737979535,
