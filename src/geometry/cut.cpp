@@ -352,8 +352,13 @@ CutResult cut(const CutSpec& spec) {
       throw InputError(Problem{.key = "rock_mass." + name, .value = fmt::format("{}", complex.cells().size()),
                                .rule = fmt::format("more than {} blocks", spec.most_blocks), .remedy = "enlarge the spacing or shrink the region"});
   };
+  const auto warn_if_useless = [&](const std::string& name, std::size_t cells_before, const std::string& remedy) {
+    if (complex.cells().size() == cells_before)
+      result.warnings.push_back({.severity = Problem::Severity::warning, .key = "rock_mass." + name, .rule = "separates no blocks of the region", .remedy = remedy});
+  };
   const int sets = static_cast<int>(spec.joint_sets.size());
   for (int k = 0; k < sets; ++k) {
+    const std::size_t cells_before = complex.cells().size();
     const CutJointSet& set = spec.joint_sets[k];
     result.joint_names.push_back(set.name);
     const int open = new_mark({.joint = k});
@@ -365,9 +370,11 @@ CutResult cut(const CutSpec& spec) {
       result.planes.push_back({plane.normal, plane.offset, k});
       check_size("joint_set." + set.name);
     }
+    warn_if_useless("joint_set." + set.name, cells_before, "check its origin and spacing against the region's size");
   }
   for (int j = 0; j < static_cast<int>(spec.joints.size()); ++j) {
     const CutJoint& joint = spec.joints[j];
+    const std::size_t cells_before = complex.cells().size();
     result.joint_names.push_back(joint.name);
     const Vec3 n = joint_normal(joint.dip_direction, joint.dip);
     const JointPlane plane{n, n.dot(joint.through), sets + j};
@@ -381,19 +388,9 @@ CutResult cut(const CutSpec& spec) {
       cut_with_polygon(complex, marks, plane, joint_polygon(joint, n), open, bridge);
     }
     check_size("joint." + joint.name);
+    warn_if_useless("joint." + joint.name, cells_before, "check through, and radius or polygon, against the region");
   }
   make_blocks(complex, marks, spec.least_volume, result);
-  std::vector<char> found(result.joint_names.size(), 0);
-  for (const CutInterface& i : result.interfaces) found[i.joint] = 1;
-  for (const CutBlock& b : result.blocks)
-    for (const int joint : b.body.face_joint_set)
-      if (joint >= 0) found[joint] = 1;
-  for (std::size_t k = 0; k < found.size(); ++k)
-    if (!found[k])
-      result.warnings.push_back({.severity = Problem::Severity::warning,
-                                 .key = fmt::format("rock_mass.{}.{}", static_cast<int>(k) < sets ? "joint_set" : "joint", result.joint_names[k]),
-                                 .rule = "separates no blocks of the region",
-                                 .remedy = static_cast<int>(k) < sets ? "check its origin and spacing against the region's size" : "check through, and radius or polygon, against the region"});
   return result;
 }
 

@@ -134,7 +134,7 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     mesh = convex_hull(points);
   };
   const Vec3 one = Vec3::Ones();
-  if (s.size.maxCoeff() > 0 && s.size.minCoeff() < 1e-6 * s.size.maxCoeff())
+  if (s.size.minCoeff() > 0 && s.size.minCoeff() < 1e-6 * s.size.maxCoeff())
     bad("size", text(s.size), "one extent is less than a millionth of another", "give a body: contact needs its thickness");
   if (s.kind == "box") {
     mesh = convex_hull(signs(extents(s, one) / 2));

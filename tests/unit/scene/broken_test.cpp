@@ -182,7 +182,9 @@ TEST(BrokenScenes, EachSaysWhatIsWrongWhereAndWhatToDo) {
         EXPECT_GT(p.line, 0) << p.str();
         EXPECT_GT(p.column, 0) << p.str();
         EXPECT_FALSE(p.rule.empty()) << p.str();
-        if (p.severity == Problem::Severity::error) EXPECT_FALSE(p.remedy.empty()) << p.str();
+        if (p.severity == Problem::Severity::error) {
+          EXPECT_FALSE(p.remedy.empty()) << p.str();
+        }
         said = said || (p.key == broken.key && (p.rule + "; " + p.remedy).find(broken.message) != std::string::npos);
       }
       EXPECT_TRUE(said) << "expected " << broken.key << ": " << broken.message << "\ngot\n" << error.what();
