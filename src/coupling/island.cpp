@@ -272,6 +272,14 @@ bool IslandStepper::impact_stage() {
   return true;
 }
 
+bool IslandStepper::finite() const {
+  return std::all_of(bodies_.begin(), bodies_.end(), [&](const Body& b) {
+    const auto k = static_cast<std::size_t>(b.block);
+    return state_.c[k].allFinite() && state_.q[k].coeffs().allFinite() && state_.v[k].allFinite() && state_.w[k].allFinite() &&
+           state_.eps[k].allFinite() && state_.eps_rate[k].allFinite();
+  });
+}
+
 IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
   Outcome out;
   choose_springs(h, lumped);
@@ -293,6 +301,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     const bool solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : Effort::full);
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);
+    if (!finite()) return out;
     if (problem_.contacts.empty()) break;
     const bool met = solved && laws_met(h);
     double error = 0;

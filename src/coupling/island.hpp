@@ -89,6 +89,7 @@ class IslandStepper {
   bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
+  bool finite() const;
   enum class Effort { provisional, full, last_resort };   // last_resort: the convex problem's solution, tier E, rather than none
   bool solve(double h, Effort effort);
   void apply(double h);

@@ -95,6 +95,24 @@ bool IslandStepper::locate_event(double& h, int passes) {
       if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
     return false;
   };
+  // Where a touch found now was at the start of the step, its points carried back with their bodies.
+  const auto gap_before = [&](const Touch& t) {
+    const auto back = [&](int block, const Vec3& x) {
+      const int l = local_[static_cast<std::size_t>(block)];
+      if (l < 0) return x;
+      const Pose now = dda::pose(state_, block);
+      const Pose& then = bodies_[static_cast<std::size_t>(l)].start;
+      return Vec3(then.c + then.F * (now.F.inverse() * (x - now.c)));
+    };
+    return t.at.normal.dot(back(t.b, t.at.point_b) - (t.a.kind == Partner::Kind::block ? back(t.a.index, t.at.point_a) : t.at.point_a));
+  };
+  std::vector<std::pair<std::uint64_t, int>> closed_pairs;
+  for (const Touch& t : start)
+    if (t.row >= 0) closed_pairs.emplace_back(t.a.id(), t.b);
+  // In closed contact one feature may take the place of another, deep as it is: that crosses nothing.
+  const auto swapped = [&](const Touch& t) {
+    return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < -10 * touch_gap();
+  };
   double rate = 0;
   const auto worst_onset = [&](double step) {
     // Deepest new touch at the end of the step, and its approach velocity.
@@ -105,7 +123,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
-      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_)) {
+      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !swapped(t)) {
         gap = t.at.gap;
         rate = t.approach;
       }
