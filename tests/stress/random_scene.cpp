@@ -136,10 +136,11 @@ RandomScene random_scene(std::uint64_t seed) {
   const bool thrown = r.uniform() < 0.4, turning = r.uniform() < 0.6;
   const double spread = r.uniform(0, 1.2);
   double height = 2;
-  scene.smallest = 1;
+  scene.smallest = scene.thinnest = 1;
   for (int i = 0; i < n; ++i) {
     const Shape s = shape(r);
-    scene.smallest = std::min(scene.smallest, s.least);
+    scene.smallest = std::min(scene.smallest, 0.5 * s.radius);   // s.radius is a bound
+    scene.thinnest = std::min(scene.thinnest, s.least);
     height += s.radius;
     const Vec3 at(r.uniform(-spread, spread), r.uniform(-spread, spread), height + 0.5 * r.uniform());
     height += s.radius + 0.5;

@@ -8,7 +8,8 @@ namespace talus::stress {
 struct RandomScene {
   std::string text;
   std::string summary;      // blocks, ground, law
-  double smallest = 0;      // least extent of a block [m]
+  double smallest = 0;      // radius of the smallest block [m]
+  double thinnest = 0;      // least extent of a block [m]
   double stiffness = 0;     // of the contact springs [N/m] or [Pa/m]; 0: hard
 };
 
