@@ -4,7 +4,7 @@ SI, z up, gravity 9.81, friction tan 28 deg, 2500 kg/m^3, no restitution.
 
   s1       cube of 1 m slides 10 m down a plane of 35 deg
   s2       rounded boulder of 115 m^3 and 60 faces down a slope of 400 triangles, 20 s
-  s3-N     N cubes on a slope of 45 deg, 5 m above its toe, collapse; N = 27, 100, 400, 1600; 10 s
+  s3-N     N cubes on a slope of 45 deg, 5 m above its toe, collapse; N = 27, 100, 400, 1600, 10000; 10 s
   s4       tower of 50 cubes, 10 s
   field-N  N cubes in a square grid on a plane, each at rest: memory and sleep
 """
@@ -17,7 +17,7 @@ import numpy as np
 GRAVITY = 9.81
 FRICTION = math.tan(math.radians(28))
 DENSITY = 2500.0
-S3_COUNTS = {27: (3, 3, 3), 100: (5, 5, 4), 400: (10, 8, 5), 1600: (20, 10, 8)}
+S3_COUNTS = {27: (3, 3, 3), 100: (5, 5, 4), 400: (10, 8, 5), 1600: (20, 10, 8), 10000: (25, 20, 20)}
 
 
 @dataclasses.dataclass

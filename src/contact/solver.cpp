@@ -39,8 +39,9 @@ namespace {
 
 /// Gauss-Seidel sweeps from p while they pay. Each costs a tenth of a factorisation and what goes with it.
 void sweeps(Search& search, double tolerance, SolveReport& report) {
-  const int count = search.system.n <= 48 ? 6 : 10;
-  for (int round = 0; round < 4; ++round) {
+  const bool small = search.system.n <= 48;   // factorisations cost less than sweeps
+  const int count = small ? 6 : 10;
+  for (int round = 0; round < (small ? 1 : 4); ++round) {
     const double before = search.best;
     sweep(search.system, search.p, search.v, count);
     report.sweeps += count;

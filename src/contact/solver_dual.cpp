@@ -76,20 +76,24 @@ double DualNewton::give_way(const System& system, const std::vector<Vec3>& p, co
   return reach;
 }
 
-DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int max_iterations) {
+DualOutcome DualNewton::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, double sufficient,
+                            int max_iterations) {
   DualOutcome outcome;
   const int nc = system.contacts();
   assemble(system);
   best_ = p;
   outcome.residual = INFINITY;
+  int halved = 0;
   for (;; ++outcome.iterations) {
     const double merit = evaluate(system, p);
     system.velocities(p, v_);
     const double residual = system.residual(v_, p);
+    if (residual < 0.5 * outcome.residual) halved = outcome.iterations;
     if (residual < outcome.residual) {
       outcome.residual = residual;
       best_ = p;
     }
+    if (outcome.residual <= sufficient && outcome.iterations >= halved + 3) break;   // at round-off
     if (outcome.residual <= tolerance || outcome.iterations >= max_iterations || !std::isfinite(merit)) break;
     Eigen::CompleteOrthogonalDecomposition<MatX> solver;
     solver.setThreshold(1e-11);

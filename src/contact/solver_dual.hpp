@@ -25,8 +25,9 @@ struct DualOutcome {
 class DualNewton {
  public:
   static constexpr int most_contacts = 40;
-  /// p: in the start, out the best impulses; v their velocities.
-  DualOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int max_iterations);
+  /// p: in the start, out the best impulses; v their velocities. Below `sufficient` it ends once three iterations have not halved the
+  /// residual.
+  DualOutcome run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, double sufficient, int max_iterations);
 
  private:
   void assemble(const System& system);

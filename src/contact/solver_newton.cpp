@@ -117,7 +117,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   bool factored = false;
   double factored_epsilon = 0;
   evaluate(system, multiplier_, epsilon, options.convex, here_, true);
-  int failures = 0;
+  int failures = 0, halved = 0;
   while (true) {
     // The candidate: the impulses p(v), with the velocities that follow from them.
     candidate_.resize(system.n);
@@ -136,10 +136,12 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
                                         system.round_off(t, reach_), options.convex ? t.shift : 0.0);
       if (!(r <= residual)) residual = r;
     }
+    if (residual < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;
       best_p_ = here_.p;
     }
+    if (best <= options.sufficient && outcome.newton >= halved + 3) break;   // at round-off
     if (best <= options.tolerance || !std::isfinite(here_.merit)) break;
     if (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.

@@ -18,6 +18,7 @@ namespace talus::contact::detail {
 
 struct NewtonOptions {
   double tolerance = 1e-10;  // [m/s], on the natural-map residual of (v(p), p)
+  double sufficient = 0;     // [m/s] ends the search once three factorisations have not halved the residual; 0: `tolerance` alone
   int max_newton = 60;
   int max_outer = 60;
   double epsilon = 1e-4;     // proximal compliance over w

@@ -18,6 +18,7 @@ bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<doub
 bool Search::newton(double epsilon, int max_newton) {
   NewtonOptions options;
   options.tolerance = tolerance_;
+  options.sufficient = sufficient_ > tolerance_ ? sufficient_ : 0;
   options.max_outer = settings_->max_outer;
   options.epsilon = epsilon;
   options.max_newton = max_newton;
@@ -44,7 +45,7 @@ bool Search::interior(double distance) {
 bool Search::polish(int iterations) {
   if (system.contacts() > DualNewton::most_contacts || best > 1e-2 * settings_->velocity_scale) return false;
   trial_p_ = best_p;
-  const DualOutcome outcome = dual_.run(system, trial_p_, trial_v_, tolerance_, iterations);
+  const DualOutcome outcome = dual_.run(system, trial_p_, trial_v_, tolerance_, sufficient_, iterations);
   report_->newton += outcome.iterations;
   consider(trial_p_, trial_v_, outcome.residual);
   return best <= sufficient_;
@@ -133,13 +134,14 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   }
   // Many sweeps find regions that a path misses; costly, so only now and then of use.
   report.tier = 'C';
-  for (int round = 0; round < (small ? 4 : 1); ++round) {
+  if (polish(200)) return true;
+  for (int round = 0; round < (small ? 2 : 1); ++round) {
     p = best_p;
     if (round % 2 == 0) start_from_nothing();
     swept(system.contacts() <= 300 ? 100 << round : 50);
     if (best <= sufficient_ || newton(1e-4, 20) || newton(1e-2, 30)) return true;
   }
-  if (polish(400) || shifted(settings.max_outer, small ? 400 : 200) || polish(400)) return true;
+  if (shifted(settings.max_outer, small ? 400 : 200) || polish(200)) return true;
   report.tier = 'E';
   return false;
 }
