@@ -145,7 +145,7 @@ void turntable(CaseRun& c) {
   const auto slips = [&](double w2r) {
     const double w = std::sqrt(w2r / r);
     SceneText s(m, 0.05);
-    s.history(0.005).material("plate", 1e7).material("rock", 2600).interface("plate", "ground", 0).interface("plate", "rock", mu).interface("rock", "ground", mu).plane(Vec3::UnitZ());
+    s.history(0.005).material("plate", 1e6).material("rock", 260).interface("plate", "ground", 0).interface("plate", "rock", mu).interface("rock", "ground", mu).plane(Vec3::UnitZ());
     s.box("table", Vec3(6, 6, 1), Vec3(0, 0, 0.5), spin(Vec3(0, 0, w)), "plate");
     s.box("B", Vec3(0.2, 0.2, 0.1), Vec3(r, 0, 1.05), velocity(Vec3(0, w * r, 0)) + spin(Vec3(0, 0, w)));
     const Outcome o = c.run(s.str());

@@ -108,7 +108,9 @@ std::vector<Stress> scenes() {
   });
   for (const double ratio : {1e3, 1e6, 1e8})
     add(fmt::format("E3-{:g}", ratio), fmt::format("mass ratio {:g}", ratio), [=](const M& m) {
-      return start(m, 0.5, 0.5).material("heavy", 2600 * ratio, stone).interface("heavy", "rock", 0.5).interface("heavy", "ground", 0.5).plane(up).box("light", unit, Vec3(0, 0, 0.5)).box("heavy", unit, Vec3(0.1, 0, 1.6), {}, "heavy").str();
+      SceneText s = start(m, 0.5, 0.5);
+      s.material("heavy", 1e5, stone).material("light", 1e5 / ratio, stone).interface("heavy", "light", 0.5).interface("heavy", "ground", 0.5).interface("light", "ground", 0.5);
+      return s.plane(up).box("light", unit, Vec3(0, 0, 0.5), {}, "light").box("heavy", unit, Vec3(0.1, 0, 1.6), {}, "heavy").str();
     });
   add("E4", "spike, point first", [=](const M& m) { return start(m, 1, 0.5).plane(up).hull("S", {Vec3(0, 0, 0), Vec3(0.1, 0, 2), Vec3(-0.1, 0.1, 2), Vec3(-0.1, -0.1, 2)}, Vec3(-0.025, 0, 2.5), spin(Vec3(0.2, 0, 0))).str(); }).size = 0.1;
   add("E5", "wedge in a notch", [=](const M& m) { return start(m, 1, 0.4).plane(Vec3(1, 0, 0.3)).plane(Vec3(-1, 0, 0.3)).box("B", unit, Vec3(0.05, 0, 3), spin(Vec3(0, 0.3, 0.2))).str(); });
