@@ -14,7 +14,7 @@ namespace {
 double largest(Dimension d) {
   using namespace dimension;
   const std::pair<Dimension, double> table[] = {
-      {length, 1e9}, {time, 1e9}, {mass, 1e15}, {density, 1e6}, {volume, 1e15}, {velocity, 1e5}, {acceleration, 1e6}, {angular_velocity, 1e6},
+      {length, 1e9}, {time, 1e9}, {mass, 1e15}, {density, 1e13}, {volume, 1e15}, {velocity, 1e5}, {acceleration, 1e6}, {angular_velocity, 1e6},
       {angle, 1e6}, {pressure, 1e18}, {force, 1e18}, {fracture_energy, 1e12}};
   for (const auto& [dimension, value] : table)
     if (dimension == d) return value;
