@@ -22,6 +22,14 @@ template <> struct History<ConcreteDamage> {
   using Cell = DamageCell;
   static const Cell& in(const Cell& c) { return c; }
   static Cell& in(Cell& c) { return c; }
+  static ElasticLimits limits(const ConcreteDamage& law) {
+    // tau_t^2 = (1 + nu) sum p^2 - nu (sum p)^2 is convex in the positive principal values p: largest at a corner of [0, sigma_1]^3.
+    // tau_c of the negative part is at most that of min(tr, 0) and the whole deviator.
+    const material::Concrete& c = law.parameters().concrete;
+    const double corners = std::max({1.0, 2 * (1 - c.poisson), 3 * (1 - 2 * c.poisson)});
+    const double exact = 1 - 1e-9, root2 = std::sqrt(2.0), k = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
+    return {law.elastic_bound(), exact * c.f_t / std::sqrt(corners), exact * law.parameters().elastic_limit * c.f_cm * (root2 - k) / 3, k};
+  }
   static double tension(const Cell& c, int q) { return c.d_t[q]; }
   static double compression(const Cell& c, int q) { return c.d_c[q]; }
   static double band(const ConcreteDamage& law, const Cell& c, int q) { return law.crack_length(c.f_t[q], c.b_t[q]); }
@@ -31,6 +39,7 @@ template <> struct History<Cdpm2> {
   struct Cell { Cdpm2::State point[8]; };
   static const Cdpm2::State* in(const Cell& c) { return c.point; }
   static Cdpm2::State* in(Cell& c) { return c.point; }
+  static ElasticLimits limits(const Cdpm2& law) { return {law.elastic_bound()}; }
   static double tension(const Cell& c, int q) { return c.point[q].w_t; }
   static double compression(const Cell& c, int q) { return c.point[q].w_c; }
   static double band(const Cdpm2&, const Cell& c, int q) { return c.point[q].size; }
@@ -46,7 +55,7 @@ class FieldOf final : public DamageField {
  public:
   FieldOf(const HexMesh& mesh, const Law& law, bool finite) : DamageField(mesh, finite), law_(law), cap_(law.parameters().cap) {}
 
-  double elastic_bound() const override { return law_.elastic_bound(); }
+  ElasticLimits elastic_limits() const override { return H::limits(law_); }
 
   bool try_cell(int cell, const double* u, const double* v, double* f) override {
     const LawGeometry g = law_geometry(*mesh_, cell);

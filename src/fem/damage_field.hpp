@@ -19,6 +19,7 @@
 
 #include "fem/aligned.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/kernel.hpp"
 #include "fem/material_damage.hpp"
 
 namespace talus::fem {
@@ -44,8 +45,8 @@ class DamageField {
  public:
   virtual ~DamageField() = default;
 
-  /// No point of a cell without history can start to damage while eps : C : eps stays below this [J/m^3].
-  virtual double elastic_bound() const = 0;
+  /// Within these no point of a cell without history can start to damage.
+  virtual ElasticLimits elastic_limits() const = 0;
   bool has(int cell) const { return slot_[cell] >= 0; }
   const std::vector<int>& cells() const { return cells_; }
 

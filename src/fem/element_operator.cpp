@@ -102,11 +102,11 @@ KernelArguments arguments(const ElementPack& pack, double shear, double bulk, bo
 }
 }  // namespace
 
-void ElementOperator::add_internal_force(const double* u, double* f, bool finite, bool measures) {
+void ElementOperator::add_internal_force(const double* u, double* f, bool finite, bool measures, const ElasticLimits* limits) {
   for (ElementPack& pack : pack_) {
     if (pack.groups == 0) continue;
     KernelArguments k = arguments(pack, shear_, bulk_, finite, u, f);
-    if (measures) k.energy = pack.energy.data(), k.bound = pack.bound.data();
+    if (measures) k.energy = pack.energy.data(), k.bound = pack.bound.data(), k.limits = limits;
     kernels().internal_force(k);
   }
 }

@@ -26,8 +26,8 @@ class ElementOperator {
  public:
   ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity);
 
-  /// f += internal force of all cells that are on.
-  void add_internal_force(const double* u, double* f, bool finite, bool measures);
+  /// f += internal force of all cells that are on; measures: energies, and bounds that the limits of a law may rule out.
+  void add_internal_force(const double* u, double* f, bool finite, bool measures, const ElasticLimits* limits = nullptr);
   /// The same for a few cells, times `factor` (-1 takes out what was added). Measures are not touched.
   void add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const;
   void add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const;

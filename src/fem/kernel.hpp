@@ -16,12 +16,23 @@
 /// u          displacement, padded to four per node                       m        nodes x 4
 /// f          internal force, added to                                    N        nodes x 4
 /// energy     strain energy                                               J        groups x W
-/// bound      max over the points of eps : C : eps with K theta^2         Pa       groups x W
+/// bound      max over the points of eps : C : eps with K theta^2; 0 if   Pa       groups x W
+///            the limits rule out that a damage law has anything to say
 #pragma once
 
 namespace talus::fem {
 
 enum class CellShape { brick, affine, general };  // edges along the axes; one Jacobian; any
+
+/// Sufficient conditions for a point without history to stay elastic under a damage law: eps : C : eps <= energy, or
+///   sigma_1 <= principal   and   pressure_share min(tr sigma / 3, 0) + |dev sigma| / sqrt 3 <= octahedral.
+/// The first is nearly free, the second is asked where the first fails.
+struct ElasticLimits {
+  double energy = 0;          // [J/m^3]
+  double principal = -1e300;  // [Pa]; the default never holds
+  double octahedral = 0;      // [Pa]
+  double pressure_share = 0;
+};
 
 struct KernelArguments {
   const int* nodes = nullptr;
@@ -31,6 +42,7 @@ struct KernelArguments {
   double* f = nullptr;
   double* energy = nullptr;   // null: not wanted
   double* bound = nullptr;    // null: not wanted
+  const ElasticLimits* limits = nullptr;  // null: no law
   long first = 0, last = 0;   // groups
   double shear = 0, bulk = 0; // [Pa]
   CellShape shape = CellShape::general;

@@ -67,12 +67,12 @@ void FemStructure::remove_node(int n) {
 }
 
 void FemStructure::erode() {
-  std::vector<char> kept;
-  if (bars_) {
-    kept.assign(live_.size(), 0);
+  std::vector<int> cells = damage_->spent(strain_limit, open_limit, {});
+  if (!cells.empty() && bars_) {
+    std::vector<char> kept(live_.size(), 0);
     bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
+    cells = damage_->spent(strain_limit, open_limit, kept);
   }
-  const std::vector<int> cells = damage_->spent(strain_limit, open_limit, kept);
   if (cells.empty()) return;
   drop_orphans(cells);
   ++breaks_;

@@ -96,6 +96,8 @@ class FemStructure : public Structure {
   void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t, AlignedVector& f) const;
   void explicit_steps(double t, double duration);
+  bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
+  double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
   void moved();                      // the state changed: caches are stale
   double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
   // structure_linear.cpp

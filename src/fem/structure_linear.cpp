@@ -291,6 +291,10 @@ std::size_t FemStructure::restore_linear(std::span<const double> state) {
 
 std::string FemStructure::advance_alone(double t, double duration) {
   if (!(duration > 0)) return "none";
+  if (undisturbed(t, duration)) {
+    time_ = t + duration;
+    return "asleep";
+  }
   const std::string& how = spec_.integrator;
   const bool linear = !finite_ && !bars_ && !bearings_ && !supports_.nodes.empty() && dofs_.size <= largest_factored_system;
   const double explicit_count = std::ceil(duration / critical_step_);

@@ -25,12 +25,13 @@ void FemStructure::forces(double t) {
   if (!forces_valid_) {
     const bool measures = finite_ || damage_;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
-    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures);
+    const ElasticLimits limits = damage_ ? damage_->elastic_limits() : ElasticLimits{};
+    operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures, damage_ ? &limits : nullptr);
     if (damage_) {
       const double* rate = spec_.rate_effect ? v_.data() : nullptr;
       damage_->add_forces(u_.data(), rate, f_int_.data());
       // An element below the bound cannot have reached a threshold anywhere; the others are asked.
-      operator_->cells_above(damage_->elastic_bound(), candidates_);
+      operator_->cells_above(limits.energy, candidates_);
       for (int cell : candidates_) {
         if (!damage_->try_cell(cell, u_.data(), rate, f_int_.data())) continue;
         operator_->add_internal_force_of({cell}, u_.data(), f_int_.data(), finite_, -1);
@@ -153,14 +154,30 @@ void FemStructure::explicit_steps(double t, double duration) {
   time_ = t + duration;
 }
 
+bool FemStructure::undisturbed(double t, double duration) const {
+  if (!still_) return false;
+  const bool moved_before = reference_kinetic_ > 1e-14 * std::abs(stored_half_);
+  const double since = moved_before ? still_since_ : 0;
+  if (moved_before && t - since < settling_time()) return false;
+  for (const PatchLoad& load : loads_) {
+    // What the structure is in balance with: nothing before it ever moved, since the preload is gravity alone.
+    const double held = moved_before ? load.factor(since) : 0;
+    if (load.factor(t) != held || load.factor(t + duration) != held) return false;
+    for (const auto& [when, factor] : load.history)
+      if (when > since && when < t + duration && factor != held) return false;
+  }
+  return true;
+}
+
+double FemStructure::settling_time() const { return omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_; }
+
 bool FemStructure::quiet() const {
   for (const PatchLoad& load : loads_)
     if (!load.history.empty() && time_ < load.history.back().first) return false;
   if (!still_) return false;
   if (reference_kinetic_ <= 1e-14 * std::abs(stored_half_)) return true;
   // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps, if that is unknown).
-  const double wait = omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_;
-  return time_ - still_since_ >= wait;
+  return time_ - still_since_ >= settling_time();
 }
 
 }  // namespace talus::fem
