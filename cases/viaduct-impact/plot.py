@@ -30,13 +30,17 @@ def skin(hexes):
 def main(directory, out):
     f = h5py.File(f"{directory}/results.h5")
     name = f["/geometry/structures/name"][0].decode()
-    frame = sorted(k for k in f["fields"] if k != "time")[-1]
-    g = f[f"/fields/{frame}/structures/{name}"]
-    nodes, hexes, width = g["nodes"][:], g["hexes"][:], 1e3 * g["crack_width"][:]
-    for key in f["fields"]:
-        other = f"/fields/{key}/structures/{name}"
-        if key != "time" and f[other + "/hexes"].shape == hexes.shape:
-            width = np.maximum(width, 1e3 * f[other + "/crack_width"][:])
+    frames = sorted(k for k in f["fields"] if k != "time")
+
+    def last(what):
+        """What did not change since an earlier frame is written there alone."""
+        return next(f[p][:] for p in (f"/fields/{k}/structures/{name}/{what}" for k in reversed(frames)) if p in f)
+
+    nodes, hexes, width = last("nodes"), last("hexes"), 1e3 * last("crack_width")
+    for key in frames:
+        other = f"/fields/{key}/structures/{name}/crack_width"
+        if other in f and f[other].shape == width.shape:
+            width = np.maximum(width, 1e3 * f[other][:])
     members = f[f"/history/structures/{name}/members"]
     names = [n.decode() for n in members["name"][:]]
     k = names.index("P2")

@@ -90,10 +90,10 @@ class FieldOf final : public DamageField {
 
   void accept() override { old_ = next_; }
 
-  std::vector<int> spent(double limit, double open_limit, const std::vector<char>& kept) const override {
+  std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const override {
     std::vector<int> list;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      bool all = result_[i].largest_strain > open_limit && (kept.empty() || !kept[cells_[i]]);
+      bool all = result_[i].largest_strain * std::cbrt(geometry_[i].volume) > opening && (kept.empty() || !kept[cells_[i]]);
       for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
       if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
     }

@@ -57,9 +57,9 @@ class DamageField {
   /// Force on the eight nodes of a cell with history (24 numbers, node by node) at u, from the accepted states; nothing is kept.
   virtual void force_of(int cell, const double* u, double* force) const = 0;
   virtual void accept() = 0;
-  /// Cells to erode by the last evaluation: a strain (Frobenius norm) above `limit`, or all points at the cap and one above
-  /// `open_limit`; `kept` cells (hosts of bars that hold) only by the first.
-  virtual std::vector<int> spent(double limit, double open_limit, const std::vector<char>& kept) const = 0;
+  /// Cells to erode by the last evaluation: a strain (Frobenius norm) above `limit`, or all points at the cap and a strain that
+  /// opens the cell by more than `opening` [m]; `kept` cells (hosts of bars that hold) only by the first.
+  virtual std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const = 0;
   virtual void remove(int cell) = 0;
 
   double stored() const;               // of the last evaluation [J]

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
 
 #include "core/error.hpp"
 
@@ -50,6 +52,56 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live) {
   }
   std::sort(quads.begin(), quads.end(), [](const SkinQuad& a, const SkinQuad& b) { return std::pair(a.cell, a.face) < std::pair(b.cell, b.face); });
   return quads;
+}
+
+ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
+  struct Side { int low, high, quad, k; };  // edge k of a quad
+  std::vector<Side> sides;
+  for (int q = 0; q < static_cast<int>(quads.size()); ++q)
+    for (int k = 0; k < 4; ++k) {
+      const int a = quads[q].node[k], b = quads[q].node[(k + 1) % 4];
+      sides.push_back({std::min(a, b), std::max(a, b), q, k});
+    }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) { return std::tie(a.low, a.high, a.quad, a.k) < std::tie(b.low, b.high, b.quad, b.k); });
+  std::vector<int> parent(4 * quads.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  const auto forward = [&](const Side& s) { return quads[s.quad].node[s.k] == s.low; };
+  const auto join = [&](const Side& a, const Side& b) {
+    const int a0 = 4 * a.quad + a.k, a1 = 4 * a.quad + (a.k + 1) % 4, b0 = 4 * b.quad + b.k, b1 = 4 * b.quad + (b.k + 1) % 4;
+    parent[root(a0)] = root(b1);
+    parent[root(a1)] = root(b0);
+  };
+  for (std::size_t i = 0; i < sides.size();) {
+    std::size_t j = i;
+    while (j < sides.size() && sides[j].low == sides[i].low && sides[j].high == sides[i].high) ++j;
+    // Quads of one cell belong together; any two that run against each other otherwise.
+    std::vector<Side> open(sides.begin() + static_cast<std::ptrdiff_t>(i), sides.begin() + static_cast<std::ptrdiff_t>(j));
+    while (!open.empty()) {
+      const Side first = open.front();
+      open.erase(open.begin());
+      auto mate = std::find_if(open.begin(), open.end(), [&](const Side& s) { return forward(s) != forward(first) && quads[s.quad].cell == quads[first.quad].cell; });
+      if (mate == open.end()) mate = std::find_if(open.begin(), open.end(), [&](const Side& s) { return forward(s) != forward(first); });
+      if (mate == open.end()) continue;
+      join(first, *mate);
+      open.erase(mate);
+    }
+    i = j;
+  }
+  ClosedSurface out;
+  std::vector<int> vertex(parent.size(), -1);
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    out.quad.emplace_back();
+    for (int k = 0; k < 4; ++k) {
+      int& v = vertex[root(static_cast<int>(4 * q) + k)];
+      if (v < 0) v = static_cast<int>(out.node.size()), out.node.push_back(quads[q].node[k]);
+      out.quad.back()[k] = v;
+    }
+  }
+  return out;
 }
 
 std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh) {

@@ -30,6 +30,14 @@ struct SkinQuad {
   int face;
 };
 
+/// The corners of quads as vertices of a closed surface in which every edge has two quads: where a part touches itself along an edge or
+/// in a point, the node becomes several vertices, one for each sheet. `node`: of each vertex; `quad`: vertices of each quad.
+struct ClosedSurface {
+  std::vector<int> node;
+  std::vector<std::array<int, 4>> quad;
+};
+ClosedSurface close_surface(const std::vector<SkinQuad>& quads);
+
 /// The six faces of a hexahedron, outward, in VTK numbering.
 extern const int hex_faces[6][4];
 

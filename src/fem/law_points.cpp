@@ -4,19 +4,32 @@
 #include <cmath>
 #include <cstring>
 
+#include "fem/material_simd.hpp"
+
 namespace talus::fem {
 namespace {
 
 typedef double Points[8];
+using material::V4, material::load4, material::store4;
 
 void gradient_of(const LawGeometry& g, const double* field, Points (&h)[9]) {
-  std::memset(h, 0, sizeof h);
-  for (int a = 0; a < 8; ++a)
-    for (int c = 0; c < 3; ++c) {
+  for (int c = 0; c < 3; ++c) {
+    V4 sum[3][2] = {};  // axis, half of the points
+#pragma GCC unroll 8
+    for (int a = 0; a < 8; ++a) {
       const double value = field[g.node[a] + c];
-      for (int x = 0; x < 3; ++x)
-        for (int q = 0; q < 8; ++q) h[3 * c + x][q] += value * g.gradient[a][x][q];
+#pragma GCC unroll 3
+      for (int x = 0; x < 3; ++x) {
+        sum[x][0] += value * load4(g.gradient[a][x]);
+        sum[x][1] += value * load4(g.gradient[a][x] + 4);
+      }
     }
+#pragma GCC unroll 3
+    for (int x = 0; x < 3; ++x) {
+      store4(h[3 * c + x], sum[x][0]);
+      store4(h[3 * c + x] + 4, sum[x][1]);
+    }
+  }
 }
 
 void symmetric_part(const Points* d, Points* out) {

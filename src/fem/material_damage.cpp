@@ -98,8 +98,6 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
 
   young_ = c.young;
   poisson_ = c.poisson;
-  lambda_ = young_ * poisson_ / ((1 + poisson_) * (1 - 2 * poisson_));
-  mu_ = young_ / (2 * (1 + poisson_));
   f_t_ = c.f_t;
   f_c_ = c.f_cm;
   f_c0_ = p.elastic_limit * f_c_;
@@ -180,20 +178,37 @@ template <class R> constexpr int width = 1;
 template <> constexpr int width<V4> = 4;
 }  // namespace
 
+template <class R>
+inline void ConcreteDamage::effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const {
+  const R mu = 0.5 * young_ / (1.0 + poisson);
+  const R volumetric = 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * (strain[0] + strain[1] + strain[2]);
+  for (int i = 0; i < 3; ++i) stress[i] = volumetric + 2.0 * mu * strain[i];
+  for (int i = 3; i < 6; ++i) stress[i] = mu * strain[i];
+}
+
+namespace {
+/// sigma : eps for given damage.
+template <class R, class Values>
+inline R twice_energy(const R (&strain)[6], const R (&effective)[6], const Values& v, R d_t, R d_c) {
+  R plus[6], sum = effective[0] * 0.0;
+  positive_part(effective, v, plus);
+  for (int i = 0; i < 6; ++i) sum = sum + (effective[i] - d_t * plus[i] - d_c * (effective[i] - plus[i])) * strain[i];
+  return sum;
+}
+}  // namespace
+
 template <class R, class Rate>
 inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
                                                                   R (&stress)[6], R& energy, R& dissipation) const {
-  const R volumetric = lambda_ * (strain[0] + strain[1] + strain[2]);
   R effective[6];
-  for (int i = 0; i < 3; ++i) effective[i] = volumetric + 2 * mu_ * strain[i];
-  for (int i = 3; i < 6; ++i) effective[i] = mu_ * strain[i];
-
-  const auto v = principal_values(effective);
+  R poisson = poisson_ * (1.0 - s.d_t);
+  effective_stress(strain, poisson, effective);
+  auto v = principal_values(effective);
   const R zero = spread(0.0, v.first);
   const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
   const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
   const R sum = p1 + p2 + p3;
-  const R tau_t = square_root(maximum((1 + poisson_) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson_ * (sum * sum), zero));
+  const R tau_t = square_root(maximum((1.0 + poisson) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson * (sum * sum), zero));
   const R octahedral = square_root((n1 - n2) * (n1 - n2) + (n2 - n3) * (n2 - n3) + (n3 - n1) * (n3 - n1));
   const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * (n1 + n2 + n3) + octahedral), zero);
 
@@ -221,15 +236,20 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   }
   const auto grow_t = (s.r_t > 0.0) & (tau_t > s.r_t);
   const auto grow_c = (s.r_c > 0.0) & (tau_c > s.r_c);
-  R loss_t = zero, loss_c = zero;  // mean over the step of r^2/tau^2 times the growth of damage
+  R weight_t = zero, before = zero, loss_c = zero;  // mean of r^2/tau^2 over the step; twice the energy with the old damage; growth times mean
+  const R old_d_t = s.d_t, old_d_c = s.d_c;
   const bool grows_t = any(grow_t), grows_c = any(grow_c);
   if (grows_t) {
     const R one = spread(1.0, zero);
     const R r = select(grow_t, tau_t, one);
     const R d = select(grow_t, maximum(damage_tension(r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t), s.d_t);
-    loss_t = (d - s.d_t) * (0.5 + 0.5 * (s.r_t * s.r_t) / (r * r));
+    weight_t = select(grow_t, 0.5 + 0.5 * (s.r_t * s.r_t) / (r * r), zero);
+    before = twice_energy(strain, effective, v, old_d_t, old_d_c);
     s.d_t = d;
     s.r_t = select(grow_t, tau_t, s.r_t);
+    poisson = poisson_ * (1.0 - d);
+    effective_stress(strain, poisson, effective);
+    v = principal_values(effective);
   }
   if (grows_c) {
     const R one = spread(1.0, zero);
@@ -250,7 +270,8 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
     work = work + stress[i] * strain[i];
   }
   energy = 0.5 * work;
-  dissipation = 0.5 * (maximum(stored_plus, zero) * loss_t + maximum(stored - stored_plus, zero) * loss_c);
+  const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
+  dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
   return grows_t || grows_c;
 }
 

@@ -1,8 +1,9 @@
 /// Two-scalar damage of concrete with crack band and unilateral effect [faria1998, cervera2017].
 ///
-///   s = C : eps = s+ + s-              effective stress, split by the sign of its principal values
+///   s = C(E, nu (1 - d_t)) : eps = s+ + s-    effective stress, split by the sign of its principal values; an open crack takes
+///                                     Poisson's effect away: else concrete between cracks could carry no pressure along them
 ///   sigma = (1 - d_t) s+ + (1 - d_c) s-
-///   tau_t = sqrt(E s+ : C^-1 : s+)                                     uniaxial tension: tau_t = E eps
+///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu               uniaxial tension: tau_t = E eps
 ///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)    uniaxial compression: tau_c = E |eps|
 ///   r = max over time of tau, never below the strength
 ///   d_t = 1 - (f_t / r_t) exp(-(r_t - f_t) / (E eps')),  eps' = G_F / (l f_t) - f_t / (2 E)
@@ -20,10 +21,10 @@
 /// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
 /// of the model already gives the rest. Compression scales stress and strain together, so that E stays.
 ///
-/// Energy: stored energy 1/2 sigma : eps; dissipation 1/2 s+ : eps dd_t + 1/2 s- : eps dd_c, integrated with the mean of r^2 over the
-/// step, exact to second order. For nu > 0 the split stress is not the gradient of an energy when both signs meet in one point with
-/// different damage [carol1996]: a closed strain path can then return a little more or less work than it took. A ledger that has
-/// to close books internal work minus the change of stored energy.
+/// Energy: stored energy 1/2 sigma : eps; dissipation what it loses at constant strain when damage grows, integrated with the mean of
+/// r^2 over the step, exact to second order. For nu > 0 the split stress is not the gradient of an energy when both signs meet in one
+/// point with different damage [carol1996]: a closed strain path can then return a little more or less work than it took. A ledger that
+/// has to close books internal work minus the change of stored energy.
 #pragma once
 #include "fem/material_mc2010.hpp"
 #include "fem/material_types.hpp"
@@ -83,13 +84,14 @@ class ConcreteDamage {
   template <class R> struct Lanes;
   template <class R, class Rate>
   bool point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate, R (&stress)[6], R& energy, R& dissipation) const;
+  template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
   template <class R> R damage_tension(R r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
 
   Parameters p_;
-  double lambda_ = 0, mu_ = 0, young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
+  double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);

@@ -2,22 +2,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <cmath>
+#include <map>
+#include <numeric>
 
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
 
 namespace {
-constexpr double strain_limit = 0.10;    // strain at which a cell is eroded whatever its damage
-// A cell with all points at the cap has cracked through by about half a millimetre. It still closes and carries pressure, and its bars
-// hold: it is eroded only once the crack stands wide open, and as long as a bar in it holds, not at all.
-constexpr double open_limit = 0.02;
+// A cracked cell still closes, carries pressure along its cracks, and its bars hold: it is eroded only once it stands wide open,
+// and as long as a bar in it holds, not before it is distorted beyond use.
+constexpr double strain_limit = 0.5;     // strain at which a cell is eroded whatever its damage
+constexpr double open_gap = 5e-3;        // with all points at the cap [m]
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
 // and stand apart along its normal: a crack of 1 mm has no cohesion left (that ends near 0.2 mm) and little interlock.
 constexpr double cut_opening = 1e-3;     // [m]
 constexpr std::size_t least_piece = 2;   // cells; a single one is dust
+constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
+constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
 }  // namespace
 
 std::array<double, 8> FemStructure::node_shares(int cell) const {
@@ -67,11 +70,11 @@ void FemStructure::remove_node(int n) {
 }
 
 void FemStructure::erode() {
-  std::vector<int> cells = damage_->spent(strain_limit, open_limit, {});
+  std::vector<int> cells = damage_->spent(strain_limit, open_gap, {});
   if (!cells.empty() && bars_) {
     std::vector<char> kept(live_.size(), 0);
     bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
-    cells = damage_->spent(strain_limit, open_limit, kept);
+    cells = damage_->spent(strain_limit, open_gap, kept);
   }
   if (cells.empty()) return;
   drop_orphans(cells);
@@ -176,9 +179,12 @@ std::vector<Fragment> FemStructure::take_fragments() {
   if (parts.empty()) return {};
 
   forces(time_);  // energies of the cells
+  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
   std::vector<Fragment> fragments;
   for (const auto& [first, list] : parts) {
-    if (list.size() < least_piece) drop_orphans(list);
+    double volume = 0;
+    for (int cell : list) volume += cell_mass_[cell] / spec_.density;
+    if (list.size() < least_piece || volume < least) drop_orphans(list);
     else fragments.push_back(detach(list));
   }
   cuts_seen_ = count();  // the parts that left took some of it along
@@ -196,8 +202,6 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
     f.elastic += cell_energy(cell);
     detached_volume_ += cell_mass_[cell] / spec_.density;
   }
-  std::map<int, int> vertex;
-  HexMesh part;
   for (auto& [n, m] : share) {
     // Steel and rounding: a node that keeps no cell gives all it has.
     int inside = 0;
@@ -213,13 +217,9 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   for (const auto& [n, m] : share) f.angular_momentum += m * (node_position(n) - f.centroid).cross(node_velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  for (const SkinQuad& quad : skin(mesh_, only)) {
-    std::array<int, 4> v{};
-    for (int k = 0; k < 4; ++k) {
-      const auto [at, fresh] = vertex.try_emplace(quad.node[k], static_cast<int>(f.vertices.size()));
-      if (fresh) f.vertices.push_back(node_position(quad.node[k]));
-      v[k] = at->second;
-    }
+  const ClosedSurface surface = close_surface(skin(mesh_, only));
+  for (int n : surface.node) f.vertices.push_back(node_position(n));
+  for (const auto& v : surface.quad) {
     f.triangles.push_back({v[0], v[1], v[2]});
     f.triangles.push_back({v[0], v[2], v[3]});
   }

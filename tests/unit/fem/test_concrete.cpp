@@ -1,8 +1,10 @@
 // CDPM2 in a structure, history only where it is needed, and errors of concrete structures.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <random>
 
 #include "core/error.hpp"
 #include "unit/fem/fem_specs.hpp"
@@ -160,6 +162,45 @@ TEST(History, OnlyCellsThatTheLawHasTouchedKeepOne) {
   EXPECT_EQ(after.size() - virgin.size(), per_cell * static_cast<std::size_t>(damaged));
   // Without a law there is not even the list of cells that live, nor their count.
   EXPECT_EQ(virgin.size() - without.size(), 5 + s.cells[0] + bar.mesh().nodes.size() + 1);
+}
+
+TEST(History, CellsThatTheLimitsRuleOutWouldNotDamage) {
+  StructureSpec s = cube("concrete");
+  s.cells = {4, 4, 4};
+  const HexMesh mesh = make_mesh(s);
+  const material::Concrete c = material::mc2010({.f_cm = 38e6}, "test");
+  const auto field = make_damage_field("concrete", mesh, c, false, false, 0.1, "test");
+  ElementOperator op(mesh, c.young / (2 * (1 + c.poisson)), c.young / (3 * (1 - 2 * c.poisson)), false);
+  const ElasticLimits limits = field->elastic_limits();
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> d(-1, 1);
+  int ruled_out = 0, asked = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    // A mean strain, mostly compressive, and a little of every other kind.
+    Mat3 h;
+    for (int i = 0; i < 9; ++i) h(i / 3, i % 3) = 1e-4 * d(random);
+    h(2, 2) -= 2e-4 * (1 + d(random));
+    AlignedVector u(4 * mesh.nodes.size(), 0.0), f(u.size(), 0.0);
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+      const Vec3 x = h * mesh.nodes[n] + 5e-7 * Vec3(d(random), d(random), d(random));
+      for (int k = 0; k < 3; ++k) u[4 * n + k] = x[k];
+    }
+    op.add_internal_force(u.data(), f.data(), false, true);
+    std::vector<int> above, left;
+    op.cells_above(limits.energy, above);
+    op.add_internal_force(u.data(), f.data(), false, true, &limits);
+    op.cells_above(limits.energy, left);
+    for (int cell : above) {
+      if (std::binary_search(left.begin(), left.end(), cell)) {
+        ++asked;
+        continue;
+      }
+      ++ruled_out;
+      ASSERT_FALSE(field->try_cell(cell, u.data(), nullptr, f.data()));
+    }
+  }
+  EXPECT_GT(ruled_out, 500);
+  EXPECT_GT(asked, 500);
 }
 
 namespace {

@@ -4,6 +4,8 @@
 #include <gmsh.h>
 
 #include <cmath>
+#include <map>
+#include <set>
 
 #include "core/error.hpp"
 #include "fem/lattice.hpp"
@@ -155,4 +157,36 @@ TEST(Multigrid, AgreesWithTheFactor) {
   double difference = 0, scale = 0;
   for (int d = 0; d < dofs.size; ++d) difference += (x[d] - y[d]) * (x[d] - y[d]), scale += x[d] * x[d];
   EXPECT_LT(std::sqrt(difference / scale), 1e-7);
+}
+
+TEST(ClosedSurface, PartThatTouchesItselfAlongAnEdgeIsClosedEverywhere) {
+  StructureSpec s;
+  s.kind = "box";
+  s.size = Vec3(2, 2, 2);
+  s.cells = {2, 2, 2};
+  const HexMesh mesh = make_mesh(s);
+  // Two cells below that meet along the middle edge alone, all four above: six cells in one piece.
+  std::vector<char> live(8, 0);
+  for (int cell = 0; cell < 8; ++cell) {
+    Vec3 centre = Vec3::Zero();
+    for (int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
+    live[cell] = centre.z() > 0 || centre.x() * centre.y() > 0;
+  }
+  const std::vector<SkinQuad> quads = skin(mesh, live);
+  const ClosedSurface surface = close_surface(quads);
+  std::map<std::pair<int, int>, int> runs;  // how often each edge is run through, by direction
+  for (const auto& q : surface.quad)
+    for (int k = 0; k < 4; ++k) ++runs[{q[k], q[(k + 1) % 4]}];
+  for (const auto& [edge, count] : runs) {
+    EXPECT_EQ(count, 1);
+    EXPECT_EQ(runs.count({edge.second, edge.first}), 1u);
+  }
+  std::set<int> nodes(surface.node.begin(), surface.node.end());
+  EXPECT_EQ(surface.node.size(), nodes.size() + 1);  // the lower node of the edge is there twice; the upper one joins all sheets
+  double volume = 0;
+  for (const auto& q : surface.quad) {
+    const auto x = [&](int k) { return mesh.nodes[surface.node[q[k]]]; };
+    volume += (x(0).dot(x(1).cross(x(2))) + x(0).dot(x(2).cross(x(3)))) / 6;
+  }
+  EXPECT_NEAR(volume, 6, 1e-12);
 }

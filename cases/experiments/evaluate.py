@@ -1,0 +1,126 @@
+#!/usr/bin/env python3
+"""Measured and computed displacements of beams under drop weights: a table and a plot.
+
+usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.svg] [--reuse]
+
+Runs one scene for each test (../experiments-*/scene.toml with the settings below) into DIR/NAME and prints a Markdown table. Peak: the
+largest deflection of midspan from its place under the beam's own weight. Residual: its mean over the last 10 ms of the run, which
+ends before the beam is quite at rest. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there. Measured values: see the READMEs.
+"""
+import argparse
+import pathlib
+import subprocess
+import sys
+
+import h5py
+import numpy as np
+
+here = pathlib.Path(__file__).resolve().parent
+
+
+def saatci(beam, strength, mass, peak, residual, force=None):
+    return {"scene": "experiments-saatci-vecchio", "peak": peak, "residual": residual, "force": force, "duration": 0.06,
+            "set": [f"material.concrete.f_cm={strength}e6", f"material.weight.density={mass / (0.3 * 0.25 * 0.5):.17g}", f'structure.beam.rebar="bars-{beam}.csv"']}
+
+
+def kishi(beam, span, speed, peak, residual):
+    half = span / 2
+    line = lambda x, z, held: f'{{line=[[{x},-0.075,{z}],[{x},0.075,{z}]],held="{held}"}}'
+    support = ",".join([line(-half, -0.125, "yz"), line(half, -0.125, "yz"), line(-half, 0.125, "z"), line(half, 0.125, "z"),
+                        f'{{region={{min=[{-half - 0.21},-0.08,-0.02],max=[{-half - 0.19},0.08,0.02]}},held="x"}}'])
+    return {"scene": "experiments-ando-kishi-mikami", "peak": peak, "residual": residual, "force": None, "duration": 0.04,
+            "set": [f"block.weight.velocity=[0.0,0.0,{-speed:.1f}]", f"structure.beam.size=[{span + 0.4},0.15,0.25]", f"structure.beam.support=[{support}]",
+                    f'structure.beam.rebar="bars-{beam}.csv"', f"structure.beam.refine.0.region.min=[{-half},-0.2,-0.3]", f"structure.beam.refine.0.region.max=[{half},0.2,0.3]"]}
+
+
+TESTS = {
+    "SS0a": saatci("ss0", 50.1, 211, 9.3, 1.6),
+    "SS1a": saatci("ss1", 44.7, 211, 12.1, 0.9),
+    "SS2a": saatci("ss2", 47.0, 211, 10.0, 0.5),
+    "SS3a": saatci("ss3", 46.7, 211, None, None, 1421),
+    "SS1b": saatci("ss1", 44.7, 600, 39.5, 17.7),
+    "SS2b": saatci("ss2", 47.0, 600, 37.9, 18.5),
+    "SS3b": saatci("ss3", 46.7, 600, 35.3, 17.7),
+}
+for beam, span, rows in (("A24", 1.0, [(3, 11, 8), (4, 16, 11), (5, 29, 25), (6, 54, 48)]), ("A36", 1.5, [(3, 13.5, 9.5), (4, 28, 24), (5, 66, 53)]),
+                         ("B36", 1.5, [(3, 16, 11.4), (4, 26, 22.6), (5, 105, 88)]), ("B48", 2.0, [(3, 21, 19), (4, 36, 30), (5, 55, 47), (6, 73, 70)])):
+    for speed, peak, residual in rows:
+        TESTS[f"{beam}-{speed}"] = kishi(beam.lower(), span, speed, peak, residual)
+
+
+def run(name, test, talus, directory):
+    command = [talus, "run", str(here.parent / test["scene"] / "scene.toml"), "-o", str(directory)]
+    for setting in test["set"]:
+        command += ["--set", setting]
+    with open(f"{directory}.log", "w", encoding="utf-8") as log:
+        return subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False).returncode
+
+
+def measure(directory):
+    with h5py.File(directory / "results.h5") as f:
+        t = f["history/time"][:]
+        u = -1e3 * f["history/structures/beam/probe_displacement"][:, 0, 2]
+        damage = f["history/structures/beam/damaged_volume"][-1]
+        rows = f["history/contacts/structure"]
+        ct, dt, force = rows["time"][:], rows["dt"][:], rows["force"][:]
+    # Mean force over windows of 0.2 ms: impulse of the rows in a window over its length.
+    window, peak = 2e-4, 0.0
+    if len(ct):
+        bins = np.floor(ct / window - 1e-9).astype(int)
+        impulse = np.bincount(bins - bins.min(), weights=np.linalg.norm(force, axis=1) * dt)
+        peak = impulse.max() / window / 1e3
+    return {"time": t, "u": u, "peak": (u - u[0]).max(), "residual": (u - u[0])[t > t[-1] - 0.01].mean(), "force": peak, "end": t[-1], "damage": damage}
+
+
+def main():
+    parse = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parse.add_argument("--talus", default=str(here.parents[1] / "build/release/talus"))
+    parse.add_argument("--out", default="results/experiments")
+    parse.add_argument("--only", default="")
+    parse.add_argument("--plot")
+    parse.add_argument("--reuse", action="store_true")
+    options = parse.parse_args()
+    out = pathlib.Path(options.out)
+    out.mkdir(parents=True, exist_ok=True)
+    names = options.only.split(",") if options.only else list(TESTS)
+    show = lambda x, digits=1: "" if x is None else f"{x:.{digits}f}"
+    ratio = lambda c, m: "" if not m else f"{c / m:.2f}"
+    print("| test | peak measured mm | computed | ratio | residual measured mm | computed | ratio | peak force measured kN | computed | exit |\n|---|---|---|---|---|---|---|---|---|---|")
+    points, failed = [], 0
+    for name in names:
+        test, directory = TESTS[name], out / name
+        code = 0
+        if not (options.reuse and (directory / "results.h5").exists()):
+            code = run(name, test, options.talus, directory)
+        if not (directory / "results.h5").exists():
+            print(f"| {name} | {show(test['peak'])} | no result | | {show(test['residual'])} | | | | | {code} |")
+            failed += 1
+            continue
+        m = measure(directory)
+        points.append((name, test, m))
+        note = "" if m["end"] > 0.999 * test["duration"] else f", ended at {1e3 * m['end']:.0f} ms"
+        print(f"| {name} | {show(test['peak'])} | {show(m['peak'])} | {ratio(m['peak'], test['peak'])} | {show(test['residual'])} | {show(m['residual'])} | {ratio(m['residual'], test['residual'])} "
+              f"| {show(test['force'], 0)} | {show(m['force'], 0)} | {code}{note} |", flush=True)
+    if options.plot and points:
+        import matplotlib
+        matplotlib.use("svg")
+        matplotlib.rcParams["svg.hashsalt"] = "talus"
+        import matplotlib.pyplot as plt
+        figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
+        for name, test, m in points:
+            if test["peak"]:
+                colour = "#2a6fb5" if name.startswith("SS") else "#b5482a"
+                axes[0].plot(test["peak"], m["peak"], "o", color=colour)
+                axes[0].plot(test["residual"], m["residual"], "s", mfc="none", color=colour)
+                axes[0].annotate(name, (test["peak"], m["peak"]), fontsize=7, xytext=(3, 3), textcoords="offset points")
+            axes[1].plot(1e3 * m["time"], m["u"] - m["u"][0], label=name, lw=1)
+        axes[0].plot([0.4, 120], [0.4, 120], color="#999", lw=0.8)
+        axes[0].set(xscale="log", yscale="log", xlabel="measured [mm]", ylabel="computed [mm]", title="peak (dots), residual (squares)")
+        axes[1].set(xlabel="time [ms]", ylabel="deflection of midspan [mm]", title="computed")
+        axes[1].legend(fontsize=7, ncol=2)
+        figure.tight_layout()
+        figure.savefig(options.plot, metadata={"Date": None})
+    return 1 if failed else 0
+
+
+sys.exit(main())
