@@ -21,13 +21,16 @@ def last(f, frames, name, what):
     return next(f[p][:] for p in (f"/fields/{k}/structures/{name}/{what}" for k in reversed(frames)) if p in f)
 
 
-def widest(f, frames, name, cells):
-    """Largest crack width of each cell over all frames [m]; frames after cells were eroded are left out."""
-    width = np.zeros(cells)
+def widest(f, frames, name, hexes):
+    """Largest crack width of each cell of `hexes` over all frames [m]; cells that have gone keep what they had."""
+    place = {tuple(h): i for i, h in enumerate(hexes)}
+    width, now = np.zeros(len(hexes)), np.arange(len(hexes))
     for k in frames:
-        path = f"/fields/{k}/structures/{name}/crack_width"
-        if path in f and f[path].shape == width.shape:
-            width = np.maximum(width, f[path][:])
+        cells, crack = (f"/fields/{k}/structures/{name}/{what}" for what in ("hexes", "crack_width"))
+        if cells in f:
+            now = np.array([place[tuple(h)] for h in f[cells][:]])
+        if crack in f:
+            width[now] = np.maximum(width[now], f[crack][:])
     return width
 
 
@@ -36,7 +39,7 @@ def figures(directory):
     name = f["/geometry/structures/name"][0].decode()
     frames = sorted(k for k in f["fields"] if k != "time")
     nodes, hexes = last(f, frames[:1], name, "nodes"), last(f, frames[:1], name, "hexes")
-    width = 1e3 * widest(f, frames, name, len(hexes))
+    width = 1e3 * widest(f, frames, name, hexes)
     centre = nodes[hexes].mean(axis=1)
     x, y, z = centre.T
     pier = (abs(x) < HALF) & (abs(y) < HALF) & (z < HEIGHT)

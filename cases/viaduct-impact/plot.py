@@ -14,6 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
 
+from evaluate import widest
+
 FACES = [(0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (2, 3, 7, 6), (0, 4, 7, 3), (1, 2, 6, 5)]
 
 
@@ -31,16 +33,9 @@ def main(directory, out):
     f = h5py.File(f"{directory}/results.h5")
     name = f["/geometry/structures/name"][0].decode()
     frames = sorted(k for k in f["fields"] if k != "time")
-
-    def last(what):
-        """What did not change since an earlier frame is written there alone."""
-        return next(f[p][:] for p in (f"/fields/{k}/structures/{name}/{what}" for k in reversed(frames)) if p in f)
-
-    nodes, hexes, width = last("nodes"), last("hexes"), 1e3 * last("crack_width")
-    for key in frames:
-        other = f"/fields/{key}/structures/{name}/crack_width"
-        if other in f and f[other].shape == width.shape:
-            width = np.maximum(width, 1e3 * f[other][:])
+    first = f[f"/fields/{frames[0]}/structures/{name}"]
+    nodes, hexes = first["nodes"][:], first["hexes"][:]
+    width = 1e3 * widest(f, frames, name, hexes)
     members = f[f"/history/structures/{name}/members"]
     names = [n.decode() for n in members["name"][:]]
     k = names.index("P2")

@@ -14,9 +14,13 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
   std::vector<rebar::Bar> all;
   const std::string key = "structure." + spec.name + ".rebar";
   if (!spec.rebar_file.empty()) all = rebar::read_bars(spec.rebar_file);
-  double stirrup_diameter = 0;
-  for (const auto& rule : spec.rebar_rules)
-    if (rule.kind == "stirrups" && rule.part == "pier") stirrup_diameter = std::max(stirrup_diameter, rule.diameter);
+  const auto stirrup_diameter = [&](const std::string& part) {
+    double diameter = 0;
+    for (const auto& rule : spec.rebar_rules)
+      if (rule.kind == "stirrups" && rule.part == part) diameter = std::max(diameter, rule.diameter);
+    return diameter;
+  };
+  const std::vector<rebar::Member> caps = spec.kind == "viaduct" ? cap_members(spec) : std::vector<rebar::Member>{};
   for (const auto& rule : spec.rebar_rules) {
     if (members.empty()) {
       Problem p;
@@ -37,9 +41,9 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
       all.insert(all.end(), made.begin(), made.end());
       continue;
     }
-    for (const rebar::Member& member : members) {
+    for (const rebar::Member& member : rule.part == "cap" ? caps : members) {
       std::vector<rebar::Bar> made;
-      if (rule.kind == "longitudinal") made = rebar::longitudinal_bars(member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter, steel}, key);
+      if (rule.kind == "longitudinal") made = rebar::longitudinal_bars(member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter(rule.part), steel}, key);
       else if (rule.kind == "stirrups") made = rebar::stirrups(member, {rule.diameter, rule.cover, rule.spacing, steel}, key);
       else {
         Problem p;
@@ -105,6 +109,26 @@ double Bars::steel_volume() const {
   double volume = 0;
   for (const auto& s : bars_.segments()) volume += s.area * s.length;
   return volume;
+}
+
+std::vector<Spring> Bars::springs() const {
+  std::vector<Spring> list;
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+    const rebar::Segment& s = bars_.segments()[k];
+    Spring spring;
+    Vec3 along = Vec3::Zero();
+    for (int i = 0; i < 8; ++i) {
+      const double weight = s.end[i] - s.start[i];
+      const int compact = bars_.host_nodes(k)[i];
+      along += weight * reference_[compact];
+      spring.node.push_back(node_[compact]);
+      spring.weight.push_back(weight);
+    }
+    along.normalize();
+    spring.stiffness = bars_.stiffness(k) * along * along.transpose();
+    list.push_back(std::move(spring));
+  }
+  return list;
 }
 
 void Bars::ties(const std::function<void(int, int)>& visit) const {

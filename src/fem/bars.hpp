@@ -6,6 +6,7 @@
 
 #include "fem/aligned.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/linear_system.hpp"
 #include "fem/rebar_slip.hpp"
 
 namespace talus::fem {
@@ -28,6 +29,8 @@ class Bars {
   std::size_t segments() const { return bars_.segments().size(); }
   std::size_t count() const { return bars_.bars().size(); }
   double steel_volume() const;
+  /// Axial stiffness of every segment, unstrained, between the nodes of its host.
+  std::vector<Spring> springs() const;
   const std::vector<rebar::Bar>& list() const { return bars_.bars(); }
   /// Segments hosted by the given cells, ascending.
   std::vector<int> segments_in(const std::vector<int>& cells) const;

@@ -80,6 +80,7 @@ class EmbeddedBars {
 
   const std::vector<Bar>& bars() const { return bars_; }
   const std::vector<Segment>& segments() const { return segments_; }
+  const std::array<int, 8>& host_nodes(std::size_t segment) const { return nodes_[segment]; }
   std::vector<material::Steel::State> initial_states() const { return std::vector<material::Steel::State>(segments_.size()); }
   /// Mass of steel per node to add to the lumped mass [kg]; density of steel minus that of the concrete displaced.
   void add_mass(double density, std::span<double> mass) const;

@@ -90,6 +90,7 @@ class FemStructure : public Structure {
   void find_critical_step();
   double first_frequency();
   void preload();
+  std::vector<Spring> springs() const;   // of bearings and bars, for the stiffness
   const CholeskyFactor& factor();
   LinearSolver& multigrid();
   // structure_step.cpp

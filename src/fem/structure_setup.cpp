@@ -185,9 +185,18 @@ void FemStructure::find_critical_step() {
   if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
 }
 
+std::vector<Spring> FemStructure::springs() const {
+  std::vector<Spring> list = bearings_ ? bearings_->springs() : std::vector<Spring>{};
+  if (bars_) {
+    const std::vector<Spring> steel = bars_->springs();
+    list.insert(list.end(), steel.begin(), steel.end());
+  }
+  return list;
+}
+
 const CholeskyFactor& FemStructure::factor() {
   if (!factor_) {
-    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{});
+    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs());
     factor_ = std::make_unique<CholeskyFactor>(stiffness_, 0.0, std::vector<double>{});
   }
   return *factor_;
@@ -200,7 +209,7 @@ LinearSolver& FemStructure::multigrid() {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) position[d] = mesh_.nodes[i], direction[d] = c;
-    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, bearings_ ? bearings_->springs() : std::vector<Spring>{}), position, direction);
+    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs()), position, direction);
   }
   return *multigrid_;
 }
@@ -247,6 +256,7 @@ void FemStructure::preload() {
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c];
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
+  double residual = 0, scale = 0;
   for (int pass = 0; pass < 40; ++pass) {
     if (n > largest_factored_system) {
       const int iterations = multigrid().solve(b.data(), x.data(), 1e-10);
@@ -262,7 +272,7 @@ void FemStructure::preload() {
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    double residual = 0, scale = 0;
+    residual = scale = 0;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) {
@@ -273,7 +283,10 @@ void FemStructure::preload() {
   }
   if (bars_) bars_->accept();
   moved();
-  still_ = true;
+  still_ = !(residual > 1e-12 * scale);
+  if (!still_)
+    report_(fmt::format("structure {}: its weight finds no balance, {:.2g} of it is left (bars that yield, a deck that slides): it moves from the start",
+                        spec_.name, std::sqrt(residual / scale)));
   if (!damage_) return;
   // Concrete that its weight alone takes beyond the elastic limit does not wait for an impact.
   forces(0);

@@ -163,6 +163,23 @@ ViaductPlan viaduct_plan(const StructureSpec& spec) {
   return plan;
 }
 
+std::vector<rebar::Member> cap_members(const StructureSpec& spec) {
+  std::vector<rebar::Member> members;
+  for (const ViaductPlan::Part& part : viaduct_plan(spec).parts) {
+    if (part.deck >= 0 || (part.boxes.size() < 2 && part.rounds.empty())) continue;
+    const Box3& cap = part.boxes.back();
+    rebar::Member m;
+    m.width = cap.sizes().z();
+    m.depth = cap.sizes().x();
+    m.length = cap.sizes().y();
+    m.base = spec.position + spec.rotation * Vec3(cap.center().x(), cap.min().y(), cap.center().z());
+    m.axis_x = spec.rotation.col(2);
+    m.axis_y = spec.rotation.col(0);
+    members.push_back(m);
+  }
+  return members;
+}
+
 std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule, const material::Steel::Parameters& steel) {
   const Vec3 up = spec.rotation.col(2);
   const double inset = rule.cover + rule.diameter / 2;

@@ -52,6 +52,9 @@ HexMesh viaduct_mesh(const StructureSpec& spec);
 /// nodes at the feet. The polygon has the area of the circle.
 HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, std::vector<int>& feet);
 
+/// The cap beams on piers as members along the deck's transverse axis (axis_x up), for bars by rule.
+std::vector<rebar::Member> cap_members(const StructureSpec& spec);
+
 /// Bars along the lower side of every girder (or solid deck), evenly over its width. Throws InputError if they do not fit.
 std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec::RebarRule& rule, const material::Steel::Parameters& steel);
 

@@ -122,7 +122,7 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
     StructureSpec::RebarRule bar;
     bar.kind = rule.text("kind");
     bar.part = rule.text("part");
-    if (bar.part == "deck" && spec.kind != "viaduct") rule.problem("part", "only a viaduct has a deck", "remove it, or write kind = \"viaduct\"");
+    if (bar.part != "pier" && spec.kind != "viaduct") rule.problem("part", "only a viaduct has decks and cap beams", "remove it, or write kind = \"viaduct\"");
     if (bar.part == "deck" && bar.kind == "stirrups") rule.problem("kind", "decks take longitudinal bars only", "give stirrups of a deck as polylines in a CSV file");
     bar.bars = static_cast<int>(rule.integer("bars"));
     bar.diameter = rule.number("diameter");

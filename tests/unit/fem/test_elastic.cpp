@@ -69,6 +69,26 @@ TEST(Preload, BaseCarriesTheWeight) {
   EXPECT_LT(structure.energy().kinetic, 1e-15 * structure.energy().elastic);
 }
 
+TEST(Preload, ThickBarsInFineCellsFindBalance) {
+  // Four bars of 30 mm in cells of 50 mm are stiffer than the concrete around them: the solve has to know them.
+  StructureSpec s = cantilever(4, 20);
+  s.size = Vec3(0.2, 0.2, 1.0);
+  s.poisson = 0;
+  s.gravity_preload = true;
+  s.rebar_rules.push_back({"longitudinal", "pier", 4, 0.03, 0.03});
+  s.probes = {{"top", Vec3(0, 0, 1)}};
+  std::vector<std::string> log;
+  FemStructure structure(s, Vec3(0, 0, -9.81), [&](const std::string& line) { log.push_back(line); });
+  EXPECT_TRUE(log.empty()) << log.front();
+  EXPECT_TRUE(structure.quiet());
+  const double steel = 4 * M_PI / 4 * 0.03 * 0.03, section = 0.2 * 0.2;
+  const double weight = 9.81 * (2450 * (section - steel) + 7850 * steel), stiffness = 33.55e9 * section + 200e9 * steel;  // per metre; the law lays bars into whole cells
+  EXPECT_NEAR(structure.base_force().z(), -weight, 0.08 * weight);  // bars end a cover below the top
+  EXPECT_NEAR(structure.probe_displacements()[0].z(), -weight / (2 * stiffness), 0.05 * weight / (2 * stiffness));
+  structure.advance_alone(0, 1e-3);
+  EXPECT_LT(structure.energy().kinetic, 1e-15 * structure.energy().elastic);
+}
+
 TEST(Explicit, WaveInARodTravelsAtC) {
   // A bar along x with sides free to slide only along it (nu = 0): c = sqrt(E / rho).
   StructureSpec s;
