@@ -85,5 +85,14 @@ if wanted tirol-pier; then
   judge tirol-pier "$here/tirol-pier/evaluate.py" "$out/tirol-pier"
 fi
 
+if wanted viaduct-impact; then
+  run viaduct-impact viaduct-impact/scene.toml $(span "" "--set simulation.duration=0.18 --set structure.viaduct.cell_size=0.5")
+  judge viaduct-impact "$here/viaduct-impact/evaluate.py" "$out/viaduct-impact"
+fi
+
+if wanted experiments; then
+  judge experiments "$here/experiments/evaluate.py" --talus "$talus" --out "$out/experiments" $reduced
+fi
+
 [ $failures = 0 ] && echo "every case ran and every figure holds" || echo "$failures failures"
 [ $failures = 0 ]

@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Measured and computed displacements of beams under drop weights: a table and a plot.
 
-usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.svg] [--reuse]
+usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.svg] [--reuse] [--reduced] [-o FIGURES.json]
 
 Runs one scene for each test (../experiments-*/scene.toml with the settings below) into DIR/NAME and prints a Markdown table. Peak: the
 largest deflection of midspan from its place under the beam's own weight. Residual: its mean over the last 10 ms of the run, which
-ends before the beam is quite at rest. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there. Measured values: see the READMEs.
+ends before the beam is quite at rest. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
+the first 2 ms of one beam. Measured values: see the READMEs.
 """
 import argparse
+import json
 import pathlib
 import subprocess
 import sys
@@ -79,10 +81,15 @@ def main():
     parse.add_argument("--only", default="")
     parse.add_argument("--plot")
     parse.add_argument("--reuse", action="store_true")
+    parse.add_argument("--reduced", action="store_true")
+    parse.add_argument("-o", dest="figures")
     options = parse.parse_args()
     out = pathlib.Path(options.out)
     out.mkdir(parents=True, exist_ok=True)
-    names = options.only.split(",") if options.only else list(TESTS)
+    names = ["A36-4"] if options.reduced else options.only.split(",") if options.only else list(TESTS)
+    if options.reduced:
+        TESTS["A36-4"]["duration"] = 0.002
+        TESTS["A36-4"]["set"].append("simulation.duration=0.002")
     show = lambda x, digits=1: "" if x is None else f"{x:.{digits}f}"
     ratio = lambda c, m: "" if not m else f"{c / m:.2f}"
     print("| test | peak measured mm | computed | ratio | residual measured mm | computed | ratio | peak force measured kN | computed | exit |\n|---|---|---|---|---|---|---|---|---|---|")
@@ -101,6 +108,9 @@ def main():
         note = "" if m["end"] > 0.999 * test["duration"] else f", ended at {1e3 * m['end']:.0f} ms"
         print(f"| {name} | {show(test['peak'])} | {show(m['peak'])} | {ratio(m['peak'], test['peak'])} | {show(test['residual'])} | {show(m['residual'])} | {ratio(m['residual'], test['residual'])} "
               f"| {show(test['force'], 0)} | {show(m['force'], 0)} | {code}{note} |", flush=True)
+    if options.figures:
+        with open(options.figures, "w", encoding="utf-8") as file:
+            json.dump({name: {"peak_mm": m["peak"], "residual_mm": m["residual"], "peak_force_kn": m["force"]} for name, _, m in points}, file, indent=1)
     if options.plot and points:
         import matplotlib
         matplotlib.use("svg")
