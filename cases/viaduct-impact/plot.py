@@ -10,6 +10,7 @@ import h5py
 import matplotlib
 
 matplotlib.use("Agg")
+matplotlib.rcParams["svg.hashsalt"] = "talus"
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import PolyCollection
@@ -72,7 +73,7 @@ def main(directory, out):
     for i, n in enumerate(names):
         axes[5].plot(t, d[:, i, 1] - d[0, i, 1], lw=0.8, label=n)
     axes[5].set_title("drift across [mm]"), axes[5].legend(fontsize=7)
-    fig.savefig(out, dpi=80, bbox_inches="tight")
+    fig.savefig(out, dpi=80, bbox_inches="tight", metadata={"Date": None} if out.endswith(".svg") else None)
     print(out)
 
 

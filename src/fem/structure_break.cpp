@@ -18,7 +18,7 @@ constexpr double open_gap = 5e-3;        // with all points at the cap [m]
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
 // and stand apart along its normal: a crack of 1 mm has no cohesion left (that ends near 0.2 mm) and little interlock.
 constexpr double cut_opening = 1e-3;     // [m]
-constexpr std::size_t least_piece = 2;   // cells; a single one is dust
+constexpr std::size_t least_piece = 2;   // cells; a single one is rubble
 constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
 constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
 }  // namespace
@@ -176,15 +176,26 @@ std::vector<Fragment> FemStructure::take_fragments() {
   std::map<int, std::vector<int>> parts;
   for (int cell = 0; cell < cells; ++cell)
     if (live_[cell] && !supported[root(cell)]) parts[root(cell)].push_back(cell);
+  // Rubble that still hangs on nodes of others stays in the mesh: its cells carry pressure and no tension.
+  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
+  const auto small = [&](const std::vector<int>& part) {
+    double volume = 0;
+    for (int cell : part) volume += cell_mass_[cell] / spec_.density;
+    return part.size() < least_piece || volume < least;
+  };
+  const auto hangs = [&](const std::vector<int>& part) {
+    std::map<int, int> inside;
+    for (int cell : part)
+      for (int n : mesh_.hexes[cell]) ++inside[n];
+    return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at_node_[at.first]; });
+  };
+  std::erase_if(parts, [&](const auto& part) { return small(part.second) && hangs(part.second); });
   if (parts.empty()) return {};
 
   forces(time_);  // energies of the cells
-  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
   std::vector<Fragment> fragments;
   for (const auto& [first, list] : parts) {
-    double volume = 0;
-    for (int cell : list) volume += cell_mass_[cell] / spec_.density;
-    if (list.size() < least_piece || volume < least) drop_orphans(list);
+    if (small(list)) drop_orphans(list);
     else fragments.push_back(detach(list));
   }
   cuts_seen_ = count();  // the parts that left took some of it along
