@@ -45,7 +45,7 @@ void FemStructure::switch_off(int cell) {
 }
 
 /// Removes cells: their stored energy is booked, and the mass of their nodes stays where other cells hold it. A node without cells would
-/// fly on for ever: its mass is dust, and leaves with its energy.
+/// fly on for ever: its mass is dust, and leaves with its energy. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
   for (int cell : cells) {
     const double energy = cell_energy(cell);
@@ -54,6 +54,7 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
     switch_off(cell);
     eroded_volume_ += cell_mass_[cell] / spec_.density;
   }
+  if (supports_.nodes.empty()) return;
   for (int cell : cells)
     for (int n : mesh_.hexes[cell]) {
       if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
