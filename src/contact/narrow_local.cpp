@@ -68,6 +68,24 @@ Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior
   return best;
 }
 
+/// True if x lies before the surface, neither behind nor on it: its nearest point tells.
+bool outside(const Patch& p, const Vec3& x, double touch) {
+  double nearest = infinity;
+  Vec3 foot = x, pseudo = Vec3::Zero();
+  for (const auto& t : p.triangles) {
+    if (std::abs(t.n.dot(x) - t.level) > nearest + touch) continue;
+    bool interior;
+    const Vec3 y = closest_on_triangle(t, x, interior);
+    const double d = (x - y).norm();
+    if (d < nearest - touch) {
+      nearest = d, foot = y, pseudo = t.n;
+    } else if (d < nearest + touch) {
+      pseudo += t.n;
+    }
+  }
+  return nearest > touch && pseudo.dot(x - foot) > 0;
+}
+
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {
   for (const auto& v : V.vertices) {
@@ -194,6 +212,8 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
         n = -(bl >= br ? b.left : b.right);
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
+      // Edges on the far sides of two neighbours look crossed as well: if they are, neither has the other's point outside.
+      if (gap < -16 * s.touch && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);

@@ -366,5 +366,22 @@ TEST(ConcaveContact, NeighboursCutFromOneRockDoNotOverlap) {
   for (const auto& p : c) EXPECT_GT(p.gap, -1e-9);
 }
 
+TEST(ConcaveContact, EdgesOnTheFarSidesOfNeighboursDoNotCross) {
+  // Two slabs beside each other, of one rock as well: the lower edge of the first and the upper edge of the second pass each other.
+  const Polyhedron first = make_polyhedron(
+      {{-1.994069006125947, 2.2337626817920304, -0.5}, {-1.8245946852448531, -1.0, -0.5}, {-1.730849147867512, -1.0, 1.286319963508646},
+       {-0.19003211310794788, -1.0, -0.5}, {-0.2514497924374015, -1.0, 1.257700824810314}, {-0.07944144390477659, 2.1669024140291526, -0.5}},
+      {{0, 1, 2}, {2, 1, 3}, {3, 4, 2}, {1, 0, 5}, {5, 3, 1}, {3, 5, 4}, {5, 0, 2}, {2, 4, 5}});
+  const Polyhedron second = make_polyhedron(
+      {{1.9999440496232406, -0.503735614206037, -0.5}, {2.025952164019965, -1.0, -0.5}, {2.115792493004622, -1.0, 1.2119062697086633}, {1.999958849469116,
+       0.42306327584658554, 0.42581075524992684}, {2.0905585560952242, 2.0911243442320755, -0.5}, {-0.07944144390477659, 2.1669024140291526, -0.5},
+       {-0.19003211310794788, -1.0, -0.5}, {-0.2514497924374015, -1.0, 1.257700824810314}},
+      {{5, 4, 0}, {6, 5, 0}, {0, 1, 6}, {3, 2, 1}, {0, 3, 1}, {2, 7, 6}, {1, 2, 6}, {3, 4, 5}, {3, 5, 7}, {2, 3, 7}, {0, 4, 3}, {5, 6, 7}});
+  ASSERT_FALSE(second.convex);
+  const auto c = between(first, {Vec3::Zero()}, second, {Vec3::Zero()}, 1e-3);
+  EXPECT_GE(c.size(), 3u);
+  for (const auto& p : c) EXPECT_GT(p.gap, -1e-9);
+}
+
 }  // namespace
 }  // namespace talus::contact::testing
