@@ -242,6 +242,7 @@ bool IslandStepper::impact_stage() {
     if (!solve(0, Effort::last_resort)) return false;
     pending_ = Ledger{};
     apply(0);
+    if (!finite()) return false;
     double after = 0;
     for (const Body& b : bodies_)
       after += 0.5 * b.v_solved.head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * b.v_solved.head(b.ndof));

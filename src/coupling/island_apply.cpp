@@ -372,6 +372,7 @@ double IslandStepper::project(double h) {
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;
+    if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
       const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
