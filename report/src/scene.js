@@ -52,8 +52,8 @@ function terrainMaterial() {
         float z5 = z / 5., w5 = fwidth(z5);
         float major = 1. - smoothstep(w5 * .7, w5 * 1.8, abs(fract(z5 - .5) - .5));
         float fade = 1. - smoothstep(.15, .5, w);
-        fade *= smoothstep(1e-5, 1e-4, steep);   // level ground at the height of a contour would be all line, or noise
-        major *= smoothstep(1e-5, 1e-4, steep);
+        fade *= smoothstep(1e-5, 4e-5, w);   // level ground at the height of a contour would be all line, or noise
+        major *= smoothstep(1e-5, 4e-5, w);
         tone *= 1. - .17 * line * fade - .16 * major * (1. - smoothstep(.15, .5, w5));
         diffuseColor.rgb = tone * tone;`);
   };
