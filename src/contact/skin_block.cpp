@@ -103,7 +103,9 @@ class Finder {
         const Vec3& n = s_.normal[static_cast<std::size_t>(t)];
         if (n.dot(outward) > facing) continue;
         const double gap = n.dot(x_[v] - s_.surface.vertices[static_cast<std::size_t>(s_.surface.triangles[static_cast<std::size_t>(t)][0])]);
-        if (gap > margin_ || gap < -0.5 * block_.inradius || barycentric(t, x_[v]).minCoeff() < -1e-9) continue;
+        if (gap > margin_ || gap < -0.5 * block_.inradius) continue;
+        // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as much as it is deep.
+        if (barycentric(t, x_[v]).minCoeff() < -1e-9 - 0.2 * std::max(0.0, -gap) / size(t)) continue;
         found.push_back({t, gap});
       }
       std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return std::abs(a.gap) < std::abs(b.gap); });
@@ -172,6 +174,11 @@ class Finder {
     Vec3 p = Vec3::Zero();
     for (int k = 0; k < 3; ++k) p += l[k] / l.sum() * s_.surface.vertices[static_cast<std::size_t>(v[static_cast<std::size_t>(k)])];
     return p;
+  }
+
+  double size(int t) const {
+    const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
+    return (s_.surface.vertices[static_cast<std::size_t>(v[1])] - s_.surface.vertices[static_cast<std::size_t>(v[0])]).norm();
   }
 
   Vec3 barycentric(int t, const Vec3& x) const {

@@ -76,8 +76,15 @@ struct ContactMemory {
   Vec3 shear = Vec3::Zero();    // elastic tangential displacement of B against A, world [m]
   double normal_energy = 0;     // stored in the springs [J]
   double crushed = 0;           // indentation lost for good [m]
+  double indentation = 0;       // of a spring at a structure, at the end of the step [m]
+  double stiffness = 0;         // that it had there [N/m]
+  Vec3 place = Vec3::Zero();    // where, world [m]
   bool broken = false;          // cohesion and tension lost
 };
+
+/// Feature under which a block remembers how deep it was born inside a partner, in `indentation`: pieces of a structure start where they come
+/// off. No contact of the pair counts what lies above; it shrinks as the two part.
+constexpr std::uint64_t born_inside = ~std::uint64_t{0};
 
 /// Per block B, its contacts, sorted by (partner, feature).
 using ContactHistory = std::vector<std::vector<ContactMemory>>;

@@ -217,6 +217,7 @@ bool IslandStepper::impact_stage() {
     for (const Body& b : bodies_) before += 0.5 * b.v0.head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * b.v0.head(b.ndof));
     problem_.clear();
     nodes_.clear();
+    held_.clear();
     bool restituted = false;
     for (Touch& t : touches_) {
       t.row = -1;
@@ -381,9 +382,9 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     const double remaining = duration - done;
     const bool lumped = !small || impacts_ > 200;
     find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
-    double h = std::min(remaining, step_limit(remaining, lumped));
-    if (with_structure)
-      for (int s : island.structures) h = std::min({h, env_.structures[static_cast<std::size_t>(s)].structure->critical_step(), rise_limit()});
+    double h = step_limit(remaining, lumped);
+    if (with_structure) suggested_ = h = structure_step(duration, h);
+    h = std::min(h, remaining);
     if (h < remaining) h = remaining / std::ceil(remaining / h - 1e-9);
     find(h);
     if (!lumped && !impact_stage()) {
@@ -516,6 +517,18 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   }
   report_.next_step = suggested_;
   return report_;
+}
+
+/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask and not lengthened before they part. A
+/// leapfrog whose step changes loses or gains energy.
+double IslandStepper::structure_step(double duration, double longest) const {
+  double stable = duration;
+  for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+  double h = duration / std::ceil(duration / stable * (1 - 1e-12));
+  longest = std::min(longest, rise_limit());
+  if (suggested_ > 0 && has_closed()) longest = std::min(longest, suggested_);
+  while (h > longest * (1 + 1e-9)) h *= 0.5;
+  return h;
 }
 
 void IslandStepper::rest_check(double h) {

@@ -81,6 +81,8 @@ class IslandStepper {
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
+  double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a place at a structure [m]
+  double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
   Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
@@ -93,6 +95,7 @@ class IslandStepper {
   enum class Effort { provisional, full, last_resort };   // last_resort: the convex problem's solution, tier E, rather than none
   bool solve(double h, Effort effort);
   void apply(double h);
+  void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
   double normal_energy_at_end(const Touch& touch) const;
@@ -108,6 +111,7 @@ class IslandStepper {
   void restore();
   double step_limit(double remaining, bool lumped) const;
   double rise_limit() const;
+  double structure_step(double duration, double longest) const;
   bool locate_event(double& h, int passes);
   void rest_check(double h);
   contact::Motion motion_of(int block, bool lumped) const;
@@ -132,6 +136,8 @@ class IslandStepper {
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
+  struct HeldShare { int structure, node, contact; double weight; };
+  std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse
   struct NodeShare { int structure, node; Vec3 impulse, position; };
   std::vector<NodeShare> node_impulses_;
   std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration since the last commit; `force` is the impulse [N s]

@@ -248,6 +248,12 @@ void IslandStepper::collect_node_impulses() {
       node_impulses_[static_cast<std::size_t>(node)].impulse +=
           Eigen::Map<const Mat3>(problem_.jacobians.data() + term.jacobian).transpose() * c.impulse;
     }
+  for (const Touch& t : touches_)
+    for (const HeldShare& s : held_) {
+      if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
+      const Structure& structure = *env_.structures[static_cast<std::size_t>(s.structure)].structure;
+      node_impulses_.push_back({s.structure, s.node, s.weight * (t.frame * t.impulse), structure.node_position(s.node)});
+    }
 }
 
 void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory>& list) const {
@@ -267,8 +273,26 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   if (t.stiffness > 0) {
     memory.normal_energy = spring_energy_at_end(t, h);
     memory.crushed = t.normal_law.crushed_after(t.indentation);
+    if (t.mode == Mode::spring_secant || deformable_structure(t)) {
+      // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open.
+      memory.indentation = std::max(0.0, t.indentation + std::clamp(t.offset, -lead_out(h), 0.0));
+      memory.stiffness = t.stiffness;
+      memory.place = t.at.point_a;
+    }
   }
   if (memory.broken || memory.crushed > 0 || memory.normal_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+}
+
+/// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
+void IslandStepper::shrink_births(int block) {
+  std::vector<ContactMemory>& list = history_[static_cast<std::size_t>(block)];
+  for (ContactMemory& m : list) {
+    double deepest = 0;
+    for (const Touch& t : touches_)
+      if (t.b == block && t.a.id() == m.partner) deepest = std::max(deepest, t.offset - t.at.gap);
+    if (m.feature == born_inside) m.indentation = deepest;
+  }
+  std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
 }
 
 void IslandStepper::commit(double t_end, double h) {
@@ -279,8 +303,9 @@ void IslandStepper::commit(double t_end, double h) {
   // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
   for (auto* memory : memories) {
     for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy;
-    memory->clear();
+    std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside; });
   }
+  for (const Body& b : bodies_) shrink_births(b.block);
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;
@@ -353,6 +378,7 @@ double IslandStepper::project(double h) {
     begin_step(0, true);
     problem_.clear();
     nodes_.clear();
+    held_.clear();
     for (Touch& t : touches_) {
       if (t.stiffness > 0 || deformable_structure(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
       t.mode = Mode::idle;

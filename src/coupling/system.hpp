@@ -70,6 +70,8 @@ class CoupledSystem {
   double spring_energy() const;
   /// Appends a block (a fragment); returns its index.
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
+  /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
+  void settle_newborn(int first);
 
  private:
   struct Plan;

@@ -93,19 +93,40 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
   return 0;
 }
 
-/// What the contact remembers; returns the indentation lost for good [m].
-double recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t) {
+void take_over(const ContactMemory& memory, Touch& t) {
+  t.warm = memory.force;
+  t.shear = memory.shear - t.at.normal * t.at.normal.dot(memory.shear);
+  t.stored = memory.normal_energy;
+  t.broken = memory.broken;
+  t.persistent = !memory.force.isZero(0);
+}
+
+/// What the contact remembers, null: it is new.
+const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, Touch& t) {
   const auto found = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, t.at.key),
                                       [](const ContactMemory& c, const std::pair<std::uint64_t, std::uint64_t>& key) {
                                         return c.partner != key.first ? c.partner < key.first : c.feature < key.second;
                                       });
-  if (found == memory.end() || found->partner != partner || found->feature != t.at.key) return 0;
-  t.warm = found->force;
-  t.shear = found->shear - t.at.normal * t.at.normal.dot(found->shear);
-  t.stored = found->normal_energy;
-  t.broken = found->broken;
-  t.persistent = !found->force.isZero(0);
-  return found->crushed;
+  if (found == memory.end() || found->partner != partner || found->feature != t.at.key) return nullptr;
+  take_over(*found, t);
+  return &*found;
+}
+
+/// A spring at a structure goes on where it was, whatever became of its point: where the place of a contact on the skin jumps (a node that
+/// comes to be covered, a stiffness that changes with the place in the cell), the energy stored stays. A new one that is inside already
+/// starts unloaded. `grows`: its area grows from nothing, so that nothing jumps.
+void hold_on(Touch& t, const ContactMemory* last, bool grows) {
+  if (t.stiffness == 0 || t.law->kind == ContactLaw::Kind::crushing || t.law->kind == ContactLaw::Kind::table) return;
+  double indentation = std::max(0.0, -t.at.gap);
+  if (last != nullptr && last->indentation > 0) {
+    const bool point = t.at.area == 0 && t.law->kind == ContactLaw::Kind::linear;
+    indentation = last->indentation * (point ? std::sqrt(last->stiffness / t.stiffness) : 1.0);
+  } else if (!grows) {
+    indentation = 0;
+  }
+  if (indentation == 0 && t.at.gap >= 0) return;
+  t.offset += -indentation - t.at.gap;
+  t.at.gap = -indentation;
 }
 
 /// What a trilinear cell gives under a force at one point of its face beyond what the continuum does: a node of the face
@@ -117,6 +138,45 @@ double cell_compliance(const StructurePart& part, const contact::ContactPoint& a
   double squares = 0;
   for (int i = 0; i < w.count; ++i) squares += w.weight[static_cast<std::size_t>(i)] * w.weight[static_cast<std::size_t>(i)];
   return (0.54 + (squares - 0.25) / 0.75 * (1.60 - 0.54)) / (part.structure->young() * face_edge(s, at.face_a));
+}
+
+/// A pair that was born overlapping and has not parted since: what lies inside is hard contact from where it is, so that nothing is pushed
+/// apart and no spring starts loaded.
+void spare_newborn(std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  const auto found = std::find_if(memory.begin(), memory.end(), [&](const ContactMemory& m) { return m.partner == partner && m.feature == born_inside; });
+  if (found == memory.end()) return;
+  for (Touch& t : touches) {
+    if (t.at.gap >= 0) continue;
+    t.offset = -t.at.gap;
+    t.at.gap = 0;
+    t.stiffness = t.shear_stiffness = t.dashpot = 0;
+  }
+}
+
+/// Springs of a block at a structure go on from the last step, also under another name: a feature that has just appeared inside takes over
+/// from the nearest one within `reach` that has just vanished.
+void go_on(std::span<Touch> touches, std::vector<const ContactMemory*>& last, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach) {
+  std::vector<const ContactMemory*> lost;
+  bool flat_before = false;   // a face lay on the skin in the last step
+  for (const ContactMemory& m : memory) {
+    if (m.partner != partner) continue;
+    flat_before = flat_before || (m.feature >> 60) == 7;
+    if (m.indentation > 0 && std::find(last.begin(), last.end(), &m) == last.end()) lost.push_back(&m);
+  }
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    Touch& t = touches[i];
+    if (last[i] == nullptr && t.at.gap < 0 && !lost.empty()) {
+      const auto nearest = std::min_element(lost.begin(), lost.end(), [&](const ContactMemory* a, const ContactMemory* b) {
+        return (a->place - t.at.point_a).squaredNorm() < (b->place - t.at.point_a).squaredNorm();
+      });
+      if (((*nearest)->place - t.at.point_a).norm() < reach) {
+        last[i] = *nearest;
+        take_over(**nearest, t);
+        lost.erase(nearest);
+      }
+    }
+    hold_on(t, last[i], t.at.area > 0 && flat_before && t.law->stiffness == ContactLaw::Stiffness::per_area);
+  }
 }
 
 /// Joint of the rock mass that a block-block contact lies on, -1 if none.
@@ -236,6 +296,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const contact::SurfaceIndex* index = nullptr;
   if (pair.a.kind == Partner::Kind::structure) index = env.structures[static_cast<std::size_t>(pair.a.index)].index.get();
   if (pair.a.kind == Partner::Kind::terrain && !env.terrain->surface().material.empty()) index = env.terrain.get();
+  std::vector<const ContactMemory*> last_of;
   for (contact::ContactPoint& p : points) {
     bool on_edge = false;
     if (index != nullptr && p.face_a < 0) {
@@ -257,13 +318,17 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         t.bond_tension = bond->tension;
       }
     }
-    const double crushed = recall(memory, partner, t);
+    const ContactMemory* last = recall(memory, partner, t);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
-    set_spring(t, m, crushed);
+    set_spring(t, m, last != nullptr ? last->crushed : 0.0);
     if (pair.a.kind == Partner::Kind::structure && t.law->kind == ContactLaw::Kind::linear && t.stiffness > 0 && p.area == 0)
       relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
     out.push_back(t);
+    last_of.push_back(last);
   }
+  spare_newborn(std::span(out).subspan(first), memory, partner);
+  if (pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface)
+    go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);
   share_dashpots(m, pair, std::span(out).subspan(first));
 }
 
@@ -305,13 +370,14 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
     t.at.area = 0.25 * std::max(0.0, -t.at.normal.dot(weighted[v]));
     t.at.key = static_cast<contact::FeatureKey>(t.b_node);
     t.law = &env.laws(part_a.material, part_b.material);
-    const double crushed = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
+    const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
     if (t.law->stiffness != ContactLaw::Stiffness::hard) {
       const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
       t.stiffness = t.law->normal_stiffness * share;
       t.shear_stiffness = t.law->shear_stiffness * share;
     }
-    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, crushed};
+    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, last != nullptr ? last->crushed : 0.0};
+    hold_on(t, last, false);
     if (t.stiffness > 0 && t.law->damping_ratio > 0) t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
     t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, partner, t.at));
     out.push_back(t);

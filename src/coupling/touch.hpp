@@ -49,6 +49,7 @@ struct Touch {
   Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // energy of its springs at the start, as the ledger counts it [J]
+  double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
   bool broken = false;
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step

@@ -61,6 +61,8 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
       const Vec3 v = node_velocity(n);
       books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm() - mass_[n] * gravity_.dot(node_position(n) - 0.5 * h_last_ * v);
       dust_mass_ += mass_[n];
+      dust_momentum_ += mass_[n] * v;
+      dust_spin_ += mass_[n] * node_position(n).cross(v);
       remove_node(n);
     }
 }

@@ -78,6 +78,8 @@ StructureEnergy FemStructure::energy() const {
     e.linear_momentum += mass_[i] * v;
     e.angular_momentum += mass_[i] * x.cross(v);
   }
+  e.linear_momentum += dust_momentum_;
+  e.angular_momentum += dust_spin_;
   return e;
 }
 
@@ -163,6 +165,7 @@ void FemStructure::save(std::vector<double>& state) const {
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
     state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, eroded_volume_, detached_volume_});
+    for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
     state.insert(state.end(), live_.begin(), live_.end());
     state.insert(state.end(), mass_.begin(), mass_.end());
     if (damage_) damage_->save(state);
@@ -193,6 +196,8 @@ void FemStructure::restore(std::span<const double> state) {
   if (bearings_) at += bearings_->restore(state.subspan(at));
   if (damage_ || bearings_) {
     breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), eroded_volume_ = next(), detached_volume_ = next();
+    for (Vec3* p : {&dust_momentum_, &dust_spin_})
+      for (int c = 0; c < 3; ++c) (*p)[c] = next();
     bool changed = false;
     std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
     for (std::size_t cell = 0; cell < live_.size(); ++cell) {

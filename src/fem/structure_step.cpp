@@ -117,9 +117,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   books_.external_work += external;
   books_.bulk_viscosity_work += viscous;
   stored_half_ = stored_now_ + 0.5 * h * power;
-  if (finite_ || bars_ || bearings_ || damage_)
-    books_.algorithmic += internal - (stored_half_ - stored_before) - (damage_ ? damage_->dissipation() : 0.0) - (bars_ ? bars_->dissipation() : 0.0) -
-                          (bearings_ ? bearings_->dissipation() : 0.0);
+  books_.algorithmic += internal - (stored_half_ - stored_before) - (damage_ ? damage_->dissipation() : 0.0) - (bars_ ? bars_->dissipation() : 0.0) -
+                        (bearings_ ? bearings_->dissipation() : 0.0);
   h_last_ = h;
   time_ = t + h;
   kinetic *= 0.5;

@@ -53,7 +53,11 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       Polyhedron shape;
       std::vector<Vec3> vertices = f.vertices;
       for (Vec3& x : vertices) x -= f.centroid;
-      shape = make_polyhedron(std::move(vertices), f.triangles);
+      try {
+        shape = make_polyhedron(std::move(vertices), f.triangles);
+      } catch (const InputError& e) {
+        throw NumericalFailure(fmt::format("t = {:.6g} s: a piece of {} has no closed surface: {}", time(), scene.structures[q].name, e.what()));
+      }
       dda::Model::Block b;
       b.name = fmt::format("{}.fragment{}", scene.structures[q].name, ++serial);
       b.mass = f.mass;
@@ -76,7 +80,15 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;
       b.shape = std::make_shared<const Polyhedron>(shape);
       const Vec3 v = f.linear_momentum / f.mass;
-      const Vec3 w = b.inertia.inverse() * f.angular_momentum;
+      // Masses at nodes turn with more inertia than the same mass spread evenly: a piece that would turn with more energy than its nodes had
+      // takes as much more inertia as that needs.
+      Vec3 w = b.inertia.inverse() * f.angular_momentum;
+      const double turning = 0.5 * w.dot(f.angular_momentum), left = f.kinetic - 0.5 * f.mass * v.squaredNorm();
+      if (turning > left && left > 0) {
+        b.second_moment *= turning / left;
+        b.inertia *= turning / left;
+        w *= left / turning;
+      }
       const double kinetic = 0.5 * f.mass * v.squaredNorm() + 0.5 * w.dot(b.inertia * w);
       system->add_block(b, f.centroid, v, w);
       // The strain energy it took along and the difference between lumped and polyhedral kinetic energy are booked here.
@@ -85,6 +97,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
     }
     if (!born.empty()) structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }
+  if (!born.empty()) system->settle_newborn(static_cast<int>(header.blocks.size()));
   header.blocks.insert(header.blocks.end(), born.begin(), born.end());
   return born;
 }
