@@ -27,6 +27,7 @@ struct Search {
   const Patch &A, &B;
   double margin, touch;
   double depth;      // deepest overlap that is still read as contact [m]
+  bool closed;       // both are closed bodies, so that inside and outside can be told
 };
 
 double falling(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
@@ -213,7 +214,7 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
       // Edges on the far sides of two neighbours look crossed as well: if they are, neither has the other's point outside.
-      if (gap < -16 * s.touch && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))) continue;
+      if (s.closed && gap < -16 * s.touch && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);
@@ -437,7 +438,7 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   gather(a, between, pose_a.F, common, w.a);
   gather(b, Vec3::Zero(), pose_b.F, common, w.b);
   if (w.a.triangles.empty() || w.b.triangles.empty()) return 0;
-  const Search s{w.a, w.b, margin, touch, std::min(a.radius, b.radius)};
+  const Search s{w.a, w.b, margin, touch, std::min(a.radius, b.radius), true};
   return finish(s, b, pose_b.c, w, out);
 }
 
@@ -469,7 +470,7 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   // Vertices behind the surface count too: the box of the surface reaches down to the block's lowest point.
   near.extend(box);
   gather(b, Vec3::Zero(), pose_b.F, near, w.b);
-  const Search s{w.a, w.b, margin, touch, b.radius};
+  const Search s{w.a, w.b, margin, touch, b.radius, false};
   return finish(s, b, pose_b.c, w, out);
 }
 
