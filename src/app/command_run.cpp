@@ -215,6 +215,12 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     fs::remove(directory / checkpoint_name, ignored);
   }
   print_result(result, directory, simulation.time());
+  if (const std::vector<std::string> gone = simulation.departed(); !gone.empty()) {
+    const std::string text = fmt::format("{} of the blocks fell past all that could hold them and left the model ({}{}); a larger terrain, or site.widen, would show where they stop.", gone.size(),
+                                         fmt::join(gone.begin(), gone.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(gone.size(), 5)), ", "), gone.size() > 5 ? ", ..." : "");
+    recorder.log().warning("departed", {{"text", text}});
+    fmt::print("{}\n", text);
+  }
   if (report && result.exit_code == 128 + SIGTERM)   // whoever sent it waits for the end
     fmt::print("No report was written: talus report {} makes it.\n", directory.string());
   else if (report) fmt::print("Report: {}\n", io::write_report(directory).string());

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
@@ -67,11 +68,31 @@ int CoupledSystem::sleeping_blocks() const {
 }
 
 bool CoupledSystem::at_rest() const {
+  const std::vector<int> gone = departed();
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0) return false;
+    if (model_.blocks[i].ndof() > 0 && state_.asleep[i] == 0 && !std::binary_search(gone.begin(), gone.end(), static_cast<int>(i))) return false;
   for (const StructurePart& s : env_.structures)
     if (s.stepped() && !s.structure->quiet()) return false;
   return true;
+}
+
+std::vector<int> CoupledSystem::departed() const {
+  std::vector<int> gone;
+  if (model_.gravity.isZero(0) || !env_.planes.empty()) return gone;
+  const Vec3 up = -model_.gravity.normalized();
+  double lowest = std::numeric_limits<double>::infinity();
+  const auto hold = [&](const Box3& box) {
+    for (int corner = 0; corner < 8; ++corner) lowest = std::min(lowest, up.dot(box.corner(static_cast<Box3::CornerType>(corner))));
+  };
+  if (env_.terrain) hold(env_.terrain->bounds());
+  for (const StructurePart& s : env_.structures) hold(s.index->bounds());
+  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
+    if (model_.blocks[i].ndof() == 0) lowest = std::min(lowest, up.dot(state_.blocks.c[i]) - model_.blocks[i].shape->radius);
+  if (!std::isfinite(lowest)) return gone;
+  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
+    if (model_.blocks[i].ndof() > 0 && model_.blocks[i].fixed_points.empty() && up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
+      gone.push_back(static_cast<int>(i));
+  return gone;
 }
 
 std::vector<StructureContact> CoupledSystem::take_structure_contacts() {

@@ -62,8 +62,11 @@ class CoupledSystem {
   /// What is summed from the start of the run; a restart goes on with them. No step depends on them.
   RunSums& sums() { return sums_; }
   const std::vector<std::string>& structure_schemes() const { return schemes_; }
-  /// True if every block with DOFs sleeps and every structure is quiet.
+  /// True if every block with DOFs sleeps or has left, and every structure is quiet.
   bool at_rest() const;
+  /// Blocks that have left the model: below all that is held, terrain and structures among it, so that nothing can stop their fall. None where
+  /// there is no gravity, a plane, or nothing held.
+  std::vector<int> departed() const;
   /// Contacts on structures since the last call.
   std::vector<StructureContact> take_structure_contacts();
   /// Energy stored in contact springs now [J].

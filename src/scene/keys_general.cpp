@@ -13,7 +13,7 @@ std::vector<Key> general_keys() {
       {.path = "simulation.duration", .type = Type::quantity, .dimension = time, .fallback = "10 s",
        .doc = "Simulated time. The last step ends exactly there. With `until = \"rest\"` it is the bound.", .min = 0, .above = true},
       {.path = "simulation.until", .type = Type::choice, .fallback = "\"duration\"",
-       .doc = "`rest` ends the run when every block has come to rest, `duration` runs to the end.", .choices = {"duration", "rest"}},
+       .doc = "`rest` ends the run when every block has come to rest or has fallen past all that could hold it, `duration` runs to the end.", .choices = {"duration", "rest"}},
       {.path = "simulation.gravity", .type = Type::vector, .dimension = acceleration, .fallback = "[0.0, 0.0, -9.81]",
        .doc = "Acceleration of gravity in scene axes (x east, y north, z up)."},
       {.path = "simulation.accuracy", .type = Type::quantity, .dimension = number, .fallback = "1e-3",

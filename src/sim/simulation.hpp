@@ -72,6 +72,8 @@ class Simulation {
   /// the source in messages.
   std::vector<std::string> start_from(const FinalState& state, const std::string& file);
   double time() const;
+  /// Names of the blocks that have left the model and fall for ever.
+  std::vector<std::string> departed() const;
 
   World& world();
   /// In the order of the scene; null where the skin is a fixed surface.
