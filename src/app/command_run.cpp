@@ -25,7 +25,8 @@ static_assert(std::atomic<int>::is_always_lock_free);
 
 extern "C" void on_signal(int number) {
   stop_signal.store(number);
-  std::signal(number, SIG_DFL);   // the second one ends the program at once
+  // A second SIGINT, from the keyboard, ends the program at once. `timeout` and service managers send SIGTERM twice and mean one.
+  if (number == SIGINT) std::signal(number, SIG_DFL);
 }
 
 constexpr const char* checkpoint_name = "checkpoint.h5";
