@@ -65,7 +65,7 @@ TEST(FreeFlow, StrainingBlockKeepsItsAngularMomentum) {
 }
 
 TEST(FreeFlow, FrameTurnsAsItsSpinSays) {
-  // The turn of one step against the trapezoid of the spin, while the strain rates turn the frame: 0.1 rad/s of its 0.4.
+  // The turn of one step against the trapezoid of the spin, while the strain rates turn the frame as well.
   double last = 0;
   for (const double h : {4e-4, 2e-4, 1e-4}) {
     Block b;
