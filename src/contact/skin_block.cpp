@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
+#include <span>
 
 #include "contact/narrow_math.hpp"
 #include "contact/surface_index.hpp"
@@ -13,10 +13,14 @@ namespace {
 
 constexpr double along = 0.985;       // cosine up to which faces press on each other (10 degrees)
 constexpr double parallel = 0.9998;   // up to which single vertices and edges add nothing to that
+constexpr double one_plane = 0.97;     // faces of the block that press on one node are one contact up to this cosine (14 degrees)
+constexpr double one_level = 0.1;     // and as far apart as this share of a skin triangle
+constexpr double beside = 0.02;       // contacts of one plane as near as this share of a skin triangle are one
 constexpr double facing = -0.3;       // skin's normal against the direction of a vertex: a cube's corner faces three planes by -0.58
 
 /// What of the skin's shape function of one vertex is covered: area and first moment.
 struct Share {
+  int vertex = 0;
   double area = 0;
   Vec3 moment = Vec3::Zero();
   int triangle = -1;
@@ -27,7 +31,14 @@ struct Patch {
   int face = 0;
   Vec3 point, normal;   // a point of the block's face; out of the structure
   double straightest = 1;   // least cosine between both sides' normals
-  std::map<int, Share> shares;   // by skin vertex
+  std::vector<Share> shares;   // by skin vertex, ascending once complete
+};
+
+/// A share of a patch as a contact of its own.
+struct Pressed {
+  const Patch* patch;
+  const Share* share;
+  double gap;   // at the centroid of the share
 };
 
 class Finder {
@@ -36,6 +47,13 @@ class Finder {
     for (const Vec3& x : block.vertices) x_.push_back(pose.world(x));
     const Mat3 cof = narrow::cofactor(pose.F);
     for (const Vec3& n : block.face_normals) normal_.push_back((cof * n).normalized());
+    into_.resize(3 * block.triangles.size());
+    for (std::size_t k = 0; k < block.triangles.size(); ++k)
+      for (std::size_t side = 0; side < 3; ++side) {
+        const Vec3& a = x_[static_cast<std::size_t>(block.triangles[k][side])];
+        const Vec3& b = x_[static_cast<std::size_t>(block.triangles[k][(side + 1) % 3])];
+        into_[3 * k + side] = normal_[static_cast<std::size_t>(block.triangle_face[k])].cross(b - a).normalized();
+      }
     const Box3 box = bounds(block, pose, margin);
     s_.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
                      [&](int t) {
@@ -52,32 +70,35 @@ class Finder {
       p.point = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[static_cast<std::size_t>(f)])])];
       p.normal = -normal_[static_cast<std::size_t>(f)];
       for (const int t : near_) cover(p, t);
+      std::sort(p.shares.begin(), p.shares.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
       if (!p.shares.empty()) patches.push_back(std::move(p));
     }
   }
 
-  /// Contacts of the patch on the nodes of the skin.
-  void add(const Patch& p, std::vector<ContactPoint>& out) const {
-    for (const auto& [vertex, share] : p.shares) {
-      if (!(share.area > 0)) continue;
-      const Vec3& node = s_.surface.vertices[static_cast<std::size_t>(vertex)];
-      ContactPoint c;
-      c.face_a = share.triangle;
-      c.point_a = node;
-      if (!covers(p, node)) {
-        const Vec3 centre = share.moment / share.area;
-        c.face_a = index_.triangle_at(centre);
-        c.point_a = on_triangle(c.face_a, centre);
+  /// Contacts of the patches on the nodes of the skin. Faces of the block that press on a node side by side (triangles of a bent face) are
+  /// one contact, and so are shares of several nodes at one place: else a piece with a rough face has ten contacts where it has one.
+  void press(const std::vector<Patch>& patches, std::vector<ContactPoint>& out) {
+    thread_local std::vector<Pressed> pressed, together;
+    pressed.clear();
+    for (const Patch& p : patches)
+      for (const Share& share : p.shares)
+        if (share.area > 0) pressed.push_back({&p, &share, p.normal.dot(p.point - share.moment / share.area)});
+    std::stable_sort(pressed.begin(), pressed.end(), [](const Pressed& a, const Pressed& b) { return a.share->vertex < b.share->vertex; });
+    const std::size_t first = out.size();
+    for (std::size_t i = 0; i < pressed.size(); ++i) {
+      if (pressed[i].patch == nullptr) continue;   // taken
+      together.clear();
+      const Pressed leader = pressed[i];
+      for (std::size_t k = i; k < pressed.size() && pressed[k].share->vertex == leader.share->vertex; ++k) {
+        Pressed& q = pressed[k];
+        if (q.patch == nullptr || q.patch->normal.dot(leader.patch->normal) < one_plane || std::abs(q.gap - leader.gap) > one_level * size(leader.share->triangle)) continue;
+        together.push_back(q);
+        q.patch = nullptr;
       }
-      c.normal = p.normal;
-      c.gap = p.normal.dot(p.point - c.point_a);
-      if (c.gap > margin_) continue;
-      c.point_b = c.point_a + c.gap * p.normal;
-      c.area = share.area;
-      c.key = (std::uint64_t{7} << 60) | (static_cast<std::uint64_t>(p.face) << 30) | static_cast<std::uint64_t>(vertex);
-      c.face_b = p.face;
-      out.push_back(c);
+      if (together.size() == 1) add(*leader.patch, *leader.share, out);
+      else add_together(together, out);
     }
+    join_neighbours(out, first);
   }
 
   /// Vertices of the block over faces of the skin that they face: the nearest one, and others of another direction that are as near
@@ -151,10 +172,78 @@ class Finder {
   }
 
  private:
+  void add(const Patch& p, const Share& share, std::vector<ContactPoint>& out) const {
+    const Vec3& node = s_.surface.vertices[static_cast<std::size_t>(share.vertex)];
+    ContactPoint c;
+    c.face_a = share.triangle;
+    c.point_a = node;
+    if (!covers(p, node)) put_at(share.moment / share.area, share.vertex, c);
+    finish(c, p.normal, p.normal.dot(p.point - c.point_a), share.area, p.face, share.vertex, out);
+  }
+
+  /// One contact at the centroid of all, with the mean gap.
+  void add_together(std::span<const Pressed> together, std::vector<ContactPoint>& out) const {
+    double area = 0, gap = 0;
+    Vec3 moment = Vec3::Zero(), normal = Vec3::Zero();
+    int face = together.front().patch->face;
+    for (const Pressed& q : together) {
+      area += q.share->area;
+      gap += q.share->area * q.gap;
+      moment += q.share->moment;
+      normal += q.share->area * q.patch->normal;
+      face = std::min(face, q.patch->face);
+    }
+    ContactPoint c;
+    put_at(moment / area, together.front().share->vertex, c);
+    finish(c, normal.normalized(), gap / area, area, face, together.front().share->vertex, out);
+  }
+
+  void finish(ContactPoint& c, const Vec3& normal, double gap, double area, int face, int vertex, std::vector<ContactPoint>& out) const {
+    if (gap > margin_) return;
+    c.normal = normal;
+    c.gap = gap;
+    c.point_b = c.point_a + gap * normal;
+    c.area = area;
+    c.key = (std::uint64_t{7} << 60) | (static_cast<std::uint64_t>(face) << 30) | static_cast<std::uint64_t>(vertex);
+    c.face_b = face;
+    out.push_back(c);
+  }
+
+  /// Puts the contact at x on the nearest triangle around the vertex.
+  void put_at(const Vec3& x, int vertex, ContactPoint& c) const {
+    double nearest = std::numeric_limits<double>::infinity();
+    const auto k = static_cast<std::size_t>(vertex);
+    for (int i = s_.vertex_offset[k]; i < s_.vertex_offset[k + 1]; ++i) {
+      const int t = s_.vertex_triangle[static_cast<std::size_t>(i)];
+      for (int q = 4 * (t / 4); q < 4 * (t / 4) + 4; ++q) {   // the four triangles of a face follow each other
+        const Vec3 y = on_triangle(q, x);
+        const double d = (y - x).squaredNorm();
+        if (d < nearest * (1 - 1e-9) || (d <= nearest * (1 + 1e-9) && q < c.face_a)) nearest = d, c.face_a = q, c.point_a = y;
+      }
+    }
+  }
+
+  void join_neighbours(std::vector<ContactPoint>& out, std::size_t first) const {
+    std::size_t kept = first;
+    for (std::size_t i = first; i < out.size(); ++i) {
+      ContactPoint* host = nullptr;
+      for (std::size_t j = first; j < kept && host == nullptr; ++j)
+        if ((out[j].point_a - out[i].point_a).norm() < beside * size(out[i].face_a) && out[j].normal.dot(out[i].normal) > one_plane) host = &out[j];
+      if (host == nullptr) {
+        out[kept++] = out[i];
+        continue;
+      }
+      const double area = host->area + out[i].area;
+      if (out[i].area > host->area) *host = out[i];
+      host->area = area;
+    }
+    out.resize(kept);
+  }
+
   /// Inward distances of x from the sides of a triangle of the block's face, seen along it.
-  double inside(const std::array<int, 3>& u, const Vec3& outward, const Vec3& x, int side) const {
-    const Vec3 &a = x_[static_cast<std::size_t>(u[static_cast<std::size_t>(side)])], &b = x_[static_cast<std::size_t>(u[static_cast<std::size_t>((side + 1) % 3)])];
-    return outward.cross(b - a).normalized().dot(x - a);
+  double inside(std::size_t triangle, const Vec3& x, int side) const {
+    const Vec3& a = x_[static_cast<std::size_t>(block_.triangles[triangle][static_cast<std::size_t>(side)])];
+    return into_[3 * triangle + static_cast<std::size_t>(side)].dot(x - a);
   }
 
   bool covers(const Patch& p, const Vec3& x) const {
@@ -162,7 +251,7 @@ class Finder {
     for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
       if (block_.triangle_face[k] != p.face) continue;
       bool all = true;
-      for (int side = 0; side < 3 && all; ++side) all = inside(block_.triangles[k], -p.normal, x, side) >= slack;
+      for (int side = 0; side < 3 && all; ++side) all = inside(k, x, side) >= slack;
       if (all) return true;
     }
     return false;
@@ -200,18 +289,18 @@ class Finder {
     for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
       if (block_.triangle_face[k] != p.face) continue;
       polygon_.assign(corner, corner + 3);
-      for (int side = 0; side < 3 && !polygon_.empty(); ++side) clip(block_.triangles[k], -p.normal, side);
+      for (int side = 0; side < 3 && !polygon_.empty(); ++side) clip(k, side);
       if (polygon_.size() < 3) continue;
       p.straightest = std::min(p.straightest, cosine);
       for (std::size_t i = 1; i + 1 < polygon_.size(); ++i) share(p, t, polygon_[0], polygon_[i], polygon_[i + 1]);
     }
   }
 
-  void clip(const std::array<int, 3>& u, const Vec3& outward, int side) {
+  void clip(std::size_t triangle, int side) {
     next_.clear();
     for (std::size_t i = 0; i < polygon_.size(); ++i) {
       const Vec3 &a = polygon_[i], &b = polygon_[(i + 1) % polygon_.size()];
-      const double da = inside(u, outward, a, side), db = inside(u, outward, b, side);
+      const double da = inside(triangle, a, side), db = inside(triangle, b, side);
       if (da >= 0) next_.push_back(a);
       if ((da >= 0) != (db >= 0)) next_.push_back(a + da / (da - db) * (b - a));
     }
@@ -241,10 +330,14 @@ class Finder {
   }
 
   static void give(Patch& p, int vertex, int t, double part, const Vec3& x) {
-    Share& share = p.shares[vertex];
-    share.area += part;
-    share.moment += part * x;
-    share.triangle = t;
+    auto share = std::find_if(p.shares.rbegin(), p.shares.rend(), [vertex](const Share& q) { return q.vertex == vertex; });
+    if (share == p.shares.rend()) {
+      p.shares.emplace_back().vertex = vertex;
+      share = p.shares.rbegin();
+    }
+    share->area += part;
+    share->moment += part * x;
+    share->triangle = t;
   }
 
   const SurfaceIndex::Impl& s_;
@@ -252,6 +345,7 @@ class Finder {
   const Polyhedron& block_;
   double margin_;
   std::vector<Vec3> x_, normal_;
+  std::vector<Vec3> into_;   // per side of a triangle of the block, in its plane, inward
   std::vector<int> near_, handled_;
   std::vector<Vec3> polygon_, next_;
 };
@@ -266,7 +360,7 @@ int skin_block(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_
   std::vector<Patch> patches;
   Finder finder(index, B, pose_b, margin);
   finder.run(patches);
-  for (const Patch& p : patches) finder.add(p, out);
+  finder.press(patches, out);
   finder.add_vertices(patches, out);
   for (const ContactPoint& c : points) {
     bool said = c.area == 0 && finder.at_handled_vertex(c);

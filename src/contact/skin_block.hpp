@@ -7,7 +7,8 @@
 ///
 /// so that a uniform gap gives a uniform pressure, and force and moment of the pressure are exact. A node outside the outline of
 /// the face takes its share at the centroid of N_i over what is covered. The key of such a contact is (face, node): it does not
-/// change while the face lies there.
+/// change while the face lies there. Neighbouring faces of the block that are nearly parallel (triangles of a bent face) press on a node
+/// as one, at the centroid of what they cover and with its mean gap.
 #pragma once
 #include "contact/detect.hpp"
 

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "coupling/island_body.hpp"
-#include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
 
@@ -16,8 +15,8 @@ IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environ
 
 IslandStepper::~IslandStepper() = default;
 
-bool IslandStepper::deformable_structure(const Touch& t) const {
-  return t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface;
+bool IslandStepper::moving_skin(const Partner& a) const {
+  return a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(a.index)].fixed_surface;
 }
 
 void IslandStepper::begin(const Island& island) {
@@ -76,37 +75,6 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.v_solved = b.free.velocity;
     linearise_at(b, b.free.q);
   }
-}
-
-double IslandStepper::reach(int block, double h) const {
-  const int l = local_[static_cast<std::size_t>(block)];
-  if (l < 0) return 0;
-  const auto k = static_cast<std::size_t>(block);
-  const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
-  return h * speed + h * h * model_.gravity.norm();
-}
-
-void IslandStepper::find(double h) {
-  if (found_for_ >= h) return;   // the touches at hand hold for this state and reach
-  found_for_ = h;
-  touches_.clear();
-  margins_.clear();
-  flush_pair_.clear();
-  for (const CandidatePair& pair : island_->pairs) {
-    double margin = reach(pair.b, h) + 1e-6 * length_;
-    if (pair.a.kind == Partner::Kind::block) margin += reach(pair.a.index, h);
-    if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
-    const std::size_t before = touches_.size();
-    find_touches(model_, state_, env_, pair, margin, history_, touches_);
-    margins_.push_back(margin);
-    flush_pair_.push_back(touches_.size() > before ? 1 : 0);
-  }
-  drop_internal_edges(model_, state_, env_, flush(), touches_);
-  std::size_t t = 0;
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
-  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_);
-  report_.counters.contacts += static_cast<long>(touches_.size());
 }
 
 bool IslandStepper::has_closed() const {

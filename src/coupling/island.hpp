@@ -64,8 +64,12 @@ class IslandStepper {
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
   void find(double h);
+  void find_moved(const std::vector<char>& moved, bool at_structures);
+  void look(std::size_t pair);
+  void gather_touches();
   double reach(int block, double h) const;
-  bool deformable_structure(const Touch& touch) const;
+  bool moving_skin(const Partner& a) const;
+  bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
@@ -131,6 +135,8 @@ class IslandStepper {
   std::vector<Body> bodies_;
   std::vector<int> local_;                // block -> body, -1
   std::vector<Touch> touches_;            // in the order of the island's pairs
+  std::vector<std::vector<Touch>> touches_of_;   // per pair, before internal edges were dropped
+  std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none

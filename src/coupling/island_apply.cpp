@@ -368,12 +368,16 @@ double IslandStepper::project(double h) {
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
   const double tolerance = std::max(5e-10 * thinnest, 5e-16 * far);
-  for (int pass = 0; pass < 24; ++pass) {
-    find(h);
+  const auto deepest_touch = [&] {
     double deepest = 0;
     for (const Touch& t : touches_)
       if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
-    if (deepest <= tolerance) return deepest;
+    return deepest;
+  };
+  find(h);
+  std::vector<char> moved(bodies_.size()), moved_ever(bodies_.size(), 0);
+  double deepest = deepest_touch();
+  for (int pass = 0; pass < 24 && deepest > tolerance; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
     problem_.clear();
@@ -399,13 +403,14 @@ double IslandStepper::project(double h) {
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;
     if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
+    std::fill(moved.begin(), moved.end(), 0);
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
       const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
       if (d.isZero(0)) continue;
       const auto k = static_cast<std::size_t>(b.block);
       const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
-      found_for_ = -1;
+      moved[i] = moved_ever[i] = 1;
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
@@ -414,11 +419,10 @@ double IslandStepper::project(double h) {
         state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
       }
     }
+    find_moved(moved, false);
+    deepest = deepest_touch();
   }
-  find(h);
-  double deepest = 0;
-  for (const Touch& t : touches_)
-    if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
+  if (std::any_of(moved_ever.begin(), moved_ever.end(), [](char m) { return m != 0; })) find_moved(moved_ever, true);
   return deepest;
 }
 

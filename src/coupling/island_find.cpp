@@ -1,0 +1,69 @@
+// What an island's bodies may touch within a step. Pairs whose bodies have not moved since the last search keep what it found.
+#include <algorithm>
+
+#include "coupling/island_body.hpp"
+#include "coupling/touch_flush.hpp"
+
+namespace talus::coupling {
+
+double IslandStepper::reach(int block, double h) const {
+  const int l = local_[static_cast<std::size_t>(block)];
+  if (l < 0) return 0;
+  const auto k = static_cast<std::size_t>(block);
+  const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+  return h * speed + h * h * model_.gravity.norm();
+}
+
+void IslandStepper::find(double h) {
+  if (found_for_ >= h * (1 - 1e-9)) return;   // the touches at hand hold for this state and reach
+  found_for_ = h;
+  const std::size_t pairs = island_->pairs.size();
+  touches_of_.resize(pairs);
+  margins_.resize(pairs);
+  for (std::size_t i = 0; i < pairs; ++i) look(i);
+  touches_at_surfaces_.clear();
+  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_at_surfaces_);
+  gather_touches();
+}
+
+/// The touches again after blocks were moved by less than what the reach leaves, without those at structures or these alone.
+void IslandStepper::find_moved(const std::vector<char>& moved, bool at_structures) {
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const CandidatePair& pair = island_->pairs[i];
+    const auto has_moved = [&](int block) {
+      const int l = local_[static_cast<std::size_t>(block)];
+      return l >= 0 && moved[static_cast<std::size_t>(l)] != 0;
+    };
+    if (moving_skin(pair.a) != at_structures) continue;
+    if (has_moved(pair.b) || (pair.a.kind == Partner::Kind::block && has_moved(pair.a.index))) look(i);
+  }
+  gather_touches();
+}
+
+/// All that pair i may touch within the reach.
+void IslandStepper::look(std::size_t i) {
+  const CandidatePair& pair = island_->pairs[i];
+  double margin = reach(pair.b, found_for_) + 1e-6 * length_;
+  if (pair.a.kind == Partner::Kind::block) margin += reach(pair.a.index, found_for_);
+  if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
+  margins_[i] = margin;
+  touches_of_[i].clear();
+  find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
+}
+
+void IslandStepper::gather_touches() {
+  touches_.clear();
+  flush_pair_.clear();
+  for (const std::vector<Touch>& of : touches_of_) {
+    touches_.insert(touches_.end(), of.begin(), of.end());
+    flush_pair_.push_back(of.empty() ? 0 : 1);
+  }
+  drop_internal_edges(model_, state_, env_, flush(), touches_);
+  std::size_t t = 0;
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
+    for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+  touches_.insert(touches_.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
+  report_.counters.contacts += static_cast<long>(touches_.size());
+}
+
+}  // namespace talus::coupling
