@@ -13,6 +13,12 @@ constexpr double lean = 0.02;               // faces and edges closer than this 
 constexpr double parallel_cosine = 0.9998;
 constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
 
+/// About a triangle: its centroid and how far it reaches from there.
+struct Ball {
+  Vec3 centre;
+  double radius;
+};
+
 struct Scratch {
   Patch a, b;
   std::vector<ContactPoint> points;
@@ -20,6 +26,7 @@ struct Scratch {
   std::vector<int> chosen;
   std::vector<double> angle;
   Hull hull;
+  std::vector<Ball> balls;
 };
 thread_local Scratch scratch;
 
@@ -87,8 +94,17 @@ bool outside(const Patch& p, const Vec3& x, double touch) {
   return nearest > touch && pseudo.dot(x - foot) > 0;
 }
 
+void enclose(const Patch& p, std::vector<Ball>& balls) {
+  balls.clear();
+  for (const auto& t : p.triangles) {
+    const Vec3 c = (t.a + t.b + t.c) / 3;
+    balls.push_back({c, std::sqrt(std::max({(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
+  }
+}
+
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
-void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {
+void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<Ball>& balls, std::vector<ContactPoint>& out) {
+  enclose(T, balls);
   for (const auto& v : V.vertices) {
     const std::size_t start = out.size();
     bool behind = false;
@@ -110,11 +126,14 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
       c.face_b = first ? -1 : t.id;
       out.push_back(c);
     };
-    for (const auto& t : T.triangles) {
+    for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+      const auto& t = T.triangles[k];
       const double h = t.n.dot(v.x) - t.level;
-      if (h > s.margin) continue;
+      if (h > s.margin || (behind && h < -s.touch)) continue;
+      const double reach = balls[k].radius + 100 * s.touch;
+      if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach) continue;   // it projects beside the triangle
       if (h < -s.touch) {
-        if (!behind && h > -s.depth && inside(t, v.x, 0) >= 0) behind = true;
+        behind = h > -s.depth && inside(t, v.x, 0) >= 0;
         continue;
       }
       const int where = inside(t, v.x, s.touch);
@@ -154,9 +173,16 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
     double nearest = infinity, admitted = infinity;
     const Patch::Triangle *t_near = nullptr, *t_admitted = nullptr;
     Vec3 foot_near = v.x, foot_admitted = v.x, pseudo = Vec3::Zero();
-    for (const auto& t : T.triangles) {
+    double known = infinity;   // the nearest is no farther
+    for (const Ball& b : balls) known = std::min(known, (v.x - b.centre).squaredNorm());
+    known = std::sqrt(known);
+    const double use = std::min(s.depth, std::max(crossed_overlap * s.depth, 2 * known));   // a face that admits it farther away is not used
+    for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+      const auto& t = T.triangles[k];
       const double h = t.n.dot(v.x) - t.level;
       if (std::abs(h) > std::min(nearest, s.depth) + s.touch && -h > admitted) continue;
+      const double apart = (v.x - balls[k].centre).norm() - balls[k].radius;
+      if (apart > std::min(nearest, known) + s.touch && apart > std::min(admitted, use)) continue;
       bool interior;
       const Vec3 y = closest_on_triangle(t, v.x, interior);
       const double d = (v.x - y).norm();
@@ -402,8 +428,8 @@ void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
 int finish(const Search& s, const Polyhedron& b, const Vec3& origin, Scratch& w, std::vector<ContactPoint>& out) {
   auto& points = w.points;
   points.clear();
-  vertex_face(s, s.A, s.B, true, points);
-  vertex_face(s, s.B, s.A, false, points);
+  vertex_face(s, s.A, s.B, true, w.balls, points);
+  vertex_face(s, s.B, s.A, false, w.balls, points);
   edge_edge(s, points);
   vertex_edge(s, s.A, s.B, true, points);
   vertex_edge(s, s.B, s.A, false, points);

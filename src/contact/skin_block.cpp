@@ -61,6 +61,7 @@ class Finder {
                        return true;
                      });
     std::sort(near_.begin(), near_.end());
+    for (const int t : near_) near_normal_.push_back(s_.normal[static_cast<std::size_t>(t)]);
   }
 
   void run(std::vector<Patch>& patches) {
@@ -69,7 +70,8 @@ class Finder {
       p.face = f;
       p.point = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[static_cast<std::size_t>(f)])])];
       p.normal = -normal_[static_cast<std::size_t>(f)];
-      for (const int t : near_) cover(p, t);
+      for (std::size_t i = 0; i < near_.size(); ++i)
+        if (near_normal_[i].dot(p.normal) >= along) cover(p, near_[i]);
       std::sort(p.shares.begin(), p.shares.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
       if (!p.shares.empty()) patches.push_back(std::move(p));
     }
@@ -280,7 +282,6 @@ class Finder {
 
   void cover(Patch& p, int t) {
     const double cosine = s_.normal[static_cast<std::size_t>(t)].dot(p.normal);
-    if (cosine < along) return;
     const auto& v = s_.surface.triangles[static_cast<std::size_t>(t)];
     const Vec3 corner[3] = {s_.surface.vertices[static_cast<std::size_t>(v[0])], s_.surface.vertices[static_cast<std::size_t>(v[1])], s_.surface.vertices[static_cast<std::size_t>(v[2])]};
     double nearest = std::numeric_limits<double>::infinity();
@@ -344,7 +345,7 @@ class Finder {
   const SurfaceIndex& index_;
   const Polyhedron& block_;
   double margin_;
-  std::vector<Vec3> x_, normal_;
+  std::vector<Vec3> x_, normal_, near_normal_;
   std::vector<Vec3> into_;   // per side of a triangle of the block, in its plane, inward
   std::vector<int> near_, handled_;
   std::vector<Vec3> polygon_, next_;

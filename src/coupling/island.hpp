@@ -64,7 +64,8 @@ class IslandStepper {
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
   void find(double h);
-  void find_moved(const std::vector<char>& moved, bool at_structures);
+  void find_moved(const std::vector<char>& moved);
+  void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
   void gather_touches();
   double reach(int block, double h) const;

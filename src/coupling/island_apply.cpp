@@ -375,8 +375,11 @@ double IslandStepper::project(double h) {
     return deepest;
   };
   find(h);
-  std::vector<char> moved(bodies_.size()), moved_ever(bodies_.size(), 0);
   double deepest = deepest_touch();
+  if (deepest <= tolerance) return deepest;
+  std::vector<char> moved(bodies_.size());
+  std::vector<Pose> before;
+  for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
   for (int pass = 0; pass < 24 && deepest > tolerance; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
@@ -410,7 +413,7 @@ double IslandStepper::project(double h) {
       if (d.isZero(0)) continue;
       const auto k = static_cast<std::size_t>(b.block);
       const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
-      moved[i] = moved_ever[i] = 1;
+      moved[i] = 1;
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
@@ -419,10 +422,10 @@ double IslandStepper::project(double h) {
         state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
       }
     }
-    find_moved(moved, false);
+    find_moved(moved);
     deepest = deepest_touch();
   }
-  if (std::any_of(moved_ever.begin(), moved_ever.end(), [](char m) { return m != 0; })) find_moved(moved_ever, true);
+  carry_at_structures(before);
   return deepest;
 }
 

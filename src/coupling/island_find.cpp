@@ -26,18 +26,42 @@ void IslandStepper::find(double h) {
   gather_touches();
 }
 
-/// The touches again after blocks were moved by less than what the reach leaves, without those at structures or these alone.
-void IslandStepper::find_moved(const std::vector<char>& moved, bool at_structures) {
+/// The touches again after a projection moved blocks: searched again between blocks and with what is fixed.
+void IslandStepper::find_moved(const std::vector<char>& moved) {
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const CandidatePair& pair = island_->pairs[i];
     const auto has_moved = [&](int block) {
       const int l = local_[static_cast<std::size_t>(block)];
       return l >= 0 && moved[static_cast<std::size_t>(l)] != 0;
     };
-    if (moving_skin(pair.a) != at_structures) continue;
+    if (moving_skin(pair.a)) continue;
     if (has_moved(pair.b) || (pair.a.kind == Partner::Kind::block && has_moved(pair.a.index))) look(i);
   }
   gather_touches();
+}
+
+/// Touches of moved blocks at structures: what a projection moves is far below the reach, so points and gaps go along with the block; only
+/// after more than that they are searched again.
+void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
+  bool any = false;
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const CandidatePair& pair = island_->pairs[i];
+    if (!moving_skin(pair.a) || touches_of_[i].empty()) continue;
+    const Pose& from = before[static_cast<std::size_t>(local_[static_cast<std::size_t>(pair.b)])];
+    const Pose to = dda::pose(state_, pair.b);
+    if (to.c == from.c && to.F == from.F) continue;
+    any = true;
+    const Mat3 carry = to.F * from.F.inverse();
+    double farthest = 0;
+    for (Touch& t : touches_of_[i]) {
+      const Vec3 way = to.c + carry * (t.at.point_b - from.c) - t.at.point_b;
+      t.at.point_b += way;
+      t.at.gap += t.at.normal.dot(way);
+      farthest = std::max(farthest, way.norm());
+    }
+    if (farthest > 1e-4 * length_) look(i);
+  }
+  if (any) gather_touches();
 }
 
 /// All that pair i may touch within the reach.
