@@ -112,209 +112,264 @@ double distance_to_triangle(const Vec3& a, const Vec3& b, const Vec3& c) {  // o
   return std::min({segment(a, b), segment(b, c), segment(c, a)});
 }
 
-}  // namespace
-
-Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<Triangle>& input, double coplanar_sine) {
-  Polyhedron p;
-  const int given = static_cast<int>(vertices.size());
-  if (input.size() < 4)
-    bad("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",
-        "give a closed surface");
-  std::vector<int> renumber(given, -1);
-  for (int t = 0; t < static_cast<int>(input.size()); ++t) {
-    for (const int v : input[t])
-      if (v < 0 || v >= given)
-        bad(fmt::format("mesh triangle {}", t), fmt::format("vertex {}", v),
-            fmt::format("vertex numbers must lie in 0..{}", given - 1), "correct the triangle");
-    if (input[t][0] == input[t][1] || input[t][1] == input[t][2] || input[t][2] == input[t][0])
-      bad(fmt::format("mesh triangle {}", t), fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
-          "a triangle must have three different vertices", "remove the triangle");
-    for (const int v : input[t]) renumber[v] = 0;
+/// Builds a polyhedron step by step; each step fills its part of the result.
+class Builder {
+ public:
+  Builder(const std::vector<Vec3>& vertices, const std::vector<Triangle>& input, double coplanar_sine) : coplanar_sine_(coplanar_sine) {
+    check_triangles(static_cast<int>(vertices.size()), input);
+    he_ = pair_half_edges(input);  // errors name the caller's vertex numbers
+    number_vertices(vertices, input);
+    measure();
   }
-  const HalfEdges he = pair_half_edges(input);  // errors name the caller's vertex numbers
-  int used = 0;
-  for (int v = 0; v < given; ++v)
-    if (renumber[v] == 0) {
-      if (!vertices[v].allFinite())
-        bad(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite", "correct the vertex");
-      renumber[v] = used++;
-      p.vertices.push_back(vertices[v]);
+
+  Builder(const Builder&) = delete;
+
+  Polyhedron build() {
+    merge_coplanar();
+    make_faces();
+    make_edges();
+    make_vertex_edges();
+    p_.convex = is_convex();
+    p_.inradius = p_.radius;
+    for (const auto& t : T) p_.inradius = std::min(p_.inradius, distance_to_triangle(X[t[0]], X[t[1]], X[t[2]]));
+    choose_axes();
+    return std::move(p_);
+  }
+
+ private:
+  static void check_triangles(int given, const std::vector<Triangle>& input) {
+    if (input.size() < 4)
+      bad("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",
+          "give a closed surface");
+    for (int t = 0; t < static_cast<int>(input.size()); ++t) {
+      for (const int v : input[t])
+        if (v < 0 || v >= given)
+          bad(fmt::format("mesh triangle {}", t), fmt::format("vertex {}", v),
+              fmt::format("vertex numbers must lie in 0..{}", given - 1), "correct the triangle");
+      if (input[t][0] == input[t][1] || input[t][1] == input[t][2] || input[t][2] == input[t][0])
+        bad(fmt::format("mesh triangle {}", t), fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
+            "a triangle must have three different vertices", "remove the triangle");
     }
-  p.triangles = input;
-  for (auto& t : p.triangles)
-    for (int& v : t) v = renumber[v];
-  const auto& X = p.vertices;
-  const auto& T = p.triangles;
-  const int triangle_count = static_cast<int>(T.size());
-
-  double volume = 0;
-  Box3 box;
-  for (const auto& x : X) {
-    box.extend(x);
-    p.radius = std::max(p.radius, x.norm());
   }
-  const double size = box.diagonal().norm();
-  const Vec3 middle = box.center();
-  std::vector<Vec3> area(T.size());  // twice the area vector
-  for (int t = 0; t < triangle_count; ++t) {
-    area[t] = (X[T[t][1]] - X[T[t][0]]).cross(X[T[t][2]] - X[T[t][0]]);
-    volume += area[t].dot(X[T[t][0]] - middle) / 6;
-  }
-  if (volume < 0)
-    bad("mesh", fmt::format("volume {:.3g} m^3", volume), "triangles must be counter-clockwise seen from outside",
-        "reverse every triangle");
 
-  // Merge coplanar neighbours. A sliver has no normal of its own: it joins the neighbour across its longest side.
-  const double round_off = 1e-13 * size;
-  std::vector<int> parent(T.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto longest = [&](int t) {
+  /// Vertices that no triangle uses are left out.
+  void number_vertices(const std::vector<Vec3>& vertices, const std::vector<Triangle>& input) {
+    std::vector<int> renumber(vertices.size(), -1);
+    for (const auto& t : input)
+      for (const int v : t) renumber[v] = 0;
+    int used = 0;
+    for (int v = 0; v < static_cast<int>(vertices.size()); ++v)
+      if (renumber[v] == 0) {
+        if (!vertices[v].allFinite())
+          bad(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite", "correct the vertex");
+        renumber[v] = used++;
+        X.push_back(vertices[v]);
+      }
+    T = input;
+    for (auto& t : T)
+      for (int& v : t) v = renumber[v];
+  }
+
+  void measure() {
+    Box3 box;
+    for (const auto& x : X) {
+      box.extend(x);
+      p_.radius = std::max(p_.radius, x.norm());
+    }
+    size_ = box.diagonal().norm();
+    const Vec3 middle = box.center();
+    double volume = 0;
+    area_.resize(T.size());
+    for (std::size_t t = 0; t < T.size(); ++t) {
+      area_[t] = (X[T[t][1]] - X[T[t][0]]).cross(X[T[t][2]] - X[T[t][0]]);
+      volume += area_[t].dot(X[T[t][0]] - middle) / 6;
+    }
+    if (volume < 0)
+      bad("mesh", fmt::format("volume {:.3g} m^3", volume), "triangles must be counter-clockwise seen from outside",
+          "reverse every triangle");
+  }
+
+  /// Corner at which the longest side of a triangle starts, and its length.
+  std::pair<int, double> longest_side(int t) const {
     int best = 0;
     double length = -1;
     for (int k = 0; k < 3; ++k) {
       const double l = (X[T[t][(k + 1) % 3]] - X[T[t][k]]).squaredNorm();
       if (l > length) length = l, best = k;
     }
-    return std::pair{best, std::sqrt(length)};
-  };
-  for (int t = 0; t < triangle_count; ++t) {
-    const auto [k, length] = longest(t);
-    if (area[t].norm() <= round_off * length) parent[find_root(parent, t)] = find_root(parent, he.twin[3 * t + k] / 3);
-    for (int c = 0; c < 3; ++c) {
-      const int other = he.twin[3 * t + c] / 3;
-      if (other < t) continue;
-      const Vec3 n = area[t].normalized(), m = area[other].normalized();
-      if (n.dot(m) <= 0) continue;
-      const int ha = HalfEdges::next(HalfEdges::next(3 * t + c)), hb = HalfEdges::next(HalfEdges::next(he.twin[3 * t + c]));
-      const Vec3 &e = X[T[t][c]], &a = X[T[ha / 3][ha % 3]], &b = X[T[hb / 3][hb % 3]];
-      const bool in_plane = std::abs(n.dot(b - e)) <= round_off || std::abs(m.dot(a - e)) <= round_off;
-      if (n.cross(m).norm() < coplanar_sine || in_plane) parent[find_root(parent, t)] = find_root(parent, other);
-    }
+    return {best, std::sqrt(length)};
   }
-  std::vector<int> group(T.size());
-  std::map<int, std::vector<int>> members;  // keyed by the group's first triangle: order does not depend on unions
-  {
+
+  bool coplanar(int t, int corner, int other) const {
+    const double round_off = 1e-13 * size_;
+    const Vec3 n = area_[t].normalized(), m = area_[other].normalized();
+    if (n.dot(m) <= 0) return false;
+    const int h = 3 * t + corner;
+    const int ha = HalfEdges::next(HalfEdges::next(h)), hb = HalfEdges::next(HalfEdges::next(he_.twin[h]));
+    const Vec3 &e = X[T[t][corner]], &a = X[T[ha / 3][ha % 3]], &b = X[T[hb / 3][hb % 3]];
+    return n.cross(m).norm() < coplanar_sine_ || std::abs(n.dot(b - e)) <= round_off || std::abs(m.dot(a - e)) <= round_off;
+  }
+
+  /// Groups of coplanar neighbours, keyed by their first triangle. A sliver has no normal of its own: it joins the neighbour across its
+  /// longest side.
+  void merge_coplanar() {
+    const double round_off = 1e-13 * size_;
+    const int count = static_cast<int>(T.size());
+    std::vector<int> parent(T.size());
+    std::iota(parent.begin(), parent.end(), 0);
+    for (int t = 0; t < count; ++t) {
+      const auto [k, length] = longest_side(t);
+      if (area_[t].norm() <= round_off * length) parent[find_root(parent, t)] = find_root(parent, he_.twin[3 * t + k] / 3);
+      for (int c = 0; c < 3; ++c) {
+        const int other = he_.twin[3 * t + c] / 3;
+        if (other >= t && coplanar(t, c, other)) parent[find_root(parent, t)] = find_root(parent, other);
+      }
+    }
     std::map<int, int> first;
-    for (int t = 0; t < triangle_count; ++t) {
-      const int root = find_root(parent, t);
-      group[t] = first.emplace(root, t).first->second;
-      members[group[t]].push_back(t);
+    group_.resize(T.size());
+    for (int t = 0; t < count; ++t) {
+      group_[t] = first.emplace(find_root(parent, t), t).first->second;
+      members_[group_[t]].push_back(t);
     }
   }
 
-  // One polygon per group; a group with holes or pinched corners is grown into several simple discs.
-  std::vector<int> region(T.size(), -1);
-  std::vector<std::vector<int>> loops;
-  const auto add_face = [&](const std::vector<int>& tris, std::vector<int> loop) {
+  /// One polygon per group; a group with holes or pinched corners is grown into several simple discs.
+  void make_faces() {
+    auto& region = p_.triangle_face;
+    region.assign(T.size(), -1);
+    for (const auto& [id, triangles] : members_) {
+      const int face = static_cast<int>(loops_.size());
+      for (const int t : triangles) region[t] = face;
+      auto loop = simple_loop(triangles, region, face, T, he_);
+      if (!loop.empty()) {
+        add_face(triangles, std::move(loop));
+        continue;
+      }
+      for (const int t : triangles) region[t] = -1;
+      for (const int seed : triangles)
+        if (region[seed] < 0) grow_disc(seed);
+    }
+  }
+
+  void add_face(const std::vector<int>& triangles, std::vector<int> loop) {
     Vec3 n = Vec3::Zero();
-    for (const int t : tris) n += area[t];
-    p.face_normals.push_back(n.normalized());
-    loops.push_back(std::move(loop));
-  };
-  for (const auto& [id, tris] : members) {
-    const int face = static_cast<int>(loops.size());
-    for (const int t : tris) region[t] = face;
-    auto loop = simple_loop(tris, region, face, T, he);
-    if (!loop.empty()) {
-      add_face(tris, std::move(loop));
-      continue;
-    }
-    for (const int t : tris) region[t] = -1;
-    for (const int seed : tris) {
-      if (region[seed] >= 0) continue;
-      const int part = static_cast<int>(loops.size());
-      std::vector<int> grown{seed}, best_loop;
-      region[seed] = part;
-      best_loop = simple_loop(grown, region, part, T, he);
-      for (std::size_t i = 0; i < grown.size(); ++i)
-        for (int k = 0; k < 3; ++k) {
-          const int t = he.twin[3 * grown[i] + k] / 3;
-          if (group[t] != id || region[t] >= 0) continue;
-          region[t] = part;
-          grown.push_back(t);
-          auto trial = simple_loop(grown, region, part, T, he);
-          if (trial.empty()) {
-            region[t] = -1;
-            grown.pop_back();
-          } else {
-            best_loop = std::move(trial);
-          }
+    for (const int t : triangles) n += area_[t];
+    p_.face_normals.push_back(n.normalized());
+    loops_.push_back(std::move(loop));
+  }
+
+  /// A simple disc of triangles of the seed's group that no face has yet.
+  void grow_disc(int seed) {
+    auto& region = p_.triangle_face;
+    const int face = static_cast<int>(loops_.size());
+    std::vector<int> grown{seed};
+    region[seed] = face;
+    std::vector<int> loop = simple_loop(grown, region, face, T, he_);
+    for (std::size_t i = 0; i < grown.size(); ++i)
+      for (int k = 0; k < 3; ++k) {
+        const int t = he_.twin[3 * grown[i] + k] / 3;
+        if (group_[t] != group_[seed] || region[t] >= 0) continue;
+        region[t] = face;
+        grown.push_back(t);
+        auto trial = simple_loop(grown, region, face, T, he_);
+        if (trial.empty()) {
+          region[t] = -1;
+          grown.pop_back();
+        } else {
+          loop = std::move(trial);
         }
-      add_face(grown, std::move(best_loop));
-    }
-  }
-  p.triangle_face = region;
-  const int face_count = static_cast<int>(loops.size());
-
-  std::vector<int> edge_of(he.twin.size(), -1);
-  p.face_offset.push_back(0);
-  double worst_sine = 1;
-  for (int f = 0; f < face_count; ++f) {
-    for (const int h : loops[f]) {
-      p.face_vertices.push_back(T[h / 3][h % 3]);
-      const int twin = he.twin[h];
-      if (edge_of[h] < 0 && group[twin / 3] != group[h / 3]) {
-        Polyhedron::Edge e{T[h / 3][h % 3], T[h / 3][(h % 3 + 1) % 3], f, region[twin / 3], 0};
-        const Vec3 along = (X[e.v1] - X[e.v0]).normalized();
-        e.sine = std::clamp(p.face_normals[e.left].cross(p.face_normals[e.right]).dot(along), -1.0, 1.0);
-        worst_sine = std::min(worst_sine, e.sine);
-        edge_of[h] = edge_of[twin] = static_cast<int>(p.edges.size());
-        p.edges.push_back(e);
       }
-      p.face_edges.push_back(edge_of[h]);
-    }
-    p.face_offset.push_back(static_cast<int>(p.face_vertices.size()));
+    add_face(grown, std::move(loop));
   }
 
-  p.vertex_edge_offset.assign(X.size() + 1, 0);
-  for (const auto& e : p.edges) ++p.vertex_edge_offset[e.v0 + 1], ++p.vertex_edge_offset[e.v1 + 1];
-  std::partial_sum(p.vertex_edge_offset.begin(), p.vertex_edge_offset.end(), p.vertex_edge_offset.begin());
-  p.vertex_edges.resize(2 * p.edges.size());
-  {
-    std::vector<int> at(p.vertex_edge_offset.begin(), p.vertex_edge_offset.end() - 1);
-    for (int e = 0; e < static_cast<int>(p.edges.size()); ++e) {
-      p.vertex_edges[at[p.edges[e].v0]++] = e;
-      p.vertex_edges[at[p.edges[e].v1]++] = e;
-    }
-  }
-
-  // Convex: no reentrant edge, and every vertex behind every face (several components or self-overlap fail here).
-  p.convex = worst_sine > -1e-8;
-  for (int f = 0; f < face_count && p.convex; ++f) {
-    const double d = p.face_normals[f].dot(X[p.face_vertices[p.face_offset[f]]]);
-    for (const auto& x : X)
-      if (p.face_normals[f].dot(x) > d + 1e-8 * size) {
-        p.convex = false;
-        break;
+  /// Faces as loops of vertices and edges; edges between groups alone.
+  void make_edges() {
+    const auto& region = p_.triangle_face;
+    std::vector<int> edge_of(he_.twin.size(), -1);
+    p_.face_offset.push_back(0);
+    for (int f = 0; f < static_cast<int>(loops_.size()); ++f) {
+      for (const int h : loops_[f]) {
+        p_.face_vertices.push_back(T[h / 3][h % 3]);
+        const int twin = he_.twin[h];
+        if (edge_of[h] < 0 && group_[twin / 3] != group_[h / 3]) {
+          Polyhedron::Edge e{T[h / 3][h % 3], T[h / 3][(h % 3 + 1) % 3], f, region[twin / 3], 0};
+          const Vec3 along = (X[e.v1] - X[e.v0]).normalized();
+          e.sine = std::clamp(p_.face_normals[e.left].cross(p_.face_normals[e.right]).dot(along), -1.0, 1.0);
+          edge_of[h] = edge_of[twin] = static_cast<int>(p_.edges.size());
+          p_.edges.push_back(e);
+        }
+        p_.face_edges.push_back(edge_of[h]);
       }
-  }
-
-  p.inradius = p.radius;
-  for (const auto& t : T) p.inradius = std::min(p.inradius, distance_to_triangle(X[t[0]], X[t[1]], X[t[2]]));
-
-  constexpr double same = 1e-10;
-  if (face_count <= 64) {
-    std::vector<char> done(face_count, 0);
-    for (int f = 0; f < face_count; ++f) {
-      if (done[f]) continue;
-      int opposite = -1;
-      for (int g = f + 1; g < face_count && opposite < 0; ++g)
-        if (!done[g] && (p.face_normals[f] + p.face_normals[g]).norm() < same) opposite = g;
-      if (opposite >= 0) done[opposite] = 1;
-      p.axis_faces.push_back(f);
-      p.axis_opposite.push_back(opposite);
+      p_.face_offset.push_back(static_cast<int>(p_.face_vertices.size()));
     }
   }
-  if (p.edges.size() <= 128) {
-    for (int e = 0; e < static_cast<int>(p.edges.size()); ++e) {
-      const Vec3 d = (X[p.edges[e].v1] - X[p.edges[e].v0]).normalized();
-      const bool known = std::any_of(p.axis_edges.begin(), p.axis_edges.end(), [&](int k) {
-        return d.cross((X[p.edges[k].v1] - X[p.edges[k].v0]).normalized()).norm() < same;
-      });
-      if (!known) p.axis_edges.push_back(e);
+
+  void make_vertex_edges() {
+    auto& offset = p_.vertex_edge_offset;
+    offset.assign(X.size() + 1, 0);
+    for (const auto& e : p_.edges) ++offset[e.v0 + 1], ++offset[e.v1 + 1];
+    std::partial_sum(offset.begin(), offset.end(), offset.begin());
+    p_.vertex_edges.resize(2 * p_.edges.size());
+    std::vector<int> at(offset.begin(), offset.end() - 1);
+    for (int e = 0; e < static_cast<int>(p_.edges.size()); ++e) {
+      p_.vertex_edges[at[p_.edges[e].v0]++] = e;
+      p_.vertex_edges[at[p_.edges[e].v1]++] = e;
     }
   }
-  return p;
+
+  /// No reentrant edge, and every vertex behind every face (several components or self-overlap fail here).
+  bool is_convex() const {
+    for (const auto& e : p_.edges)
+      if (!(e.sine > -1e-8)) return false;
+    for (std::size_t f = 0; f < p_.face_normals.size(); ++f) {
+      const double d = p_.face_normals[f].dot(X[p_.face_vertices[p_.face_offset[f]]]);
+      for (const auto& x : X)
+        if (p_.face_normals[f].dot(x) > d + 1e-8 * size_) return false;
+    }
+    return true;
+  }
+
+  /// Directions for separating axes: one of each pair of opposite faces, one of parallel edges; none where they are too many to pay.
+  void choose_axes() {
+    constexpr double same = 1e-10;
+    constexpr std::size_t most_faces = 64, most_edges = 128;
+    const int faces = static_cast<int>(loops_.size());
+    if (loops_.size() <= most_faces) {
+      std::vector<char> done(faces, 0);
+      for (int f = 0; f < faces; ++f) {
+        if (done[f]) continue;
+        int opposite = -1;
+        for (int g = f + 1; g < faces && opposite < 0; ++g)
+          if (!done[g] && (p_.face_normals[f] + p_.face_normals[g]).norm() < same) opposite = g;
+        if (opposite >= 0) done[opposite] = 1;
+        p_.axis_faces.push_back(f);
+        p_.axis_opposite.push_back(opposite);
+      }
+    }
+    if (p_.edges.size() > most_edges) return;
+    const auto direction = [&](int e) { return Vec3((X[p_.edges[e].v1] - X[p_.edges[e].v0]).normalized()); };
+    for (int e = 0; e < static_cast<int>(p_.edges.size()); ++e) {
+      const Vec3 d = direction(e);
+      const bool known = std::any_of(p_.axis_edges.begin(), p_.axis_edges.end(), [&](int k) { return d.cross(direction(k)).norm() < same; });
+      if (!known) p_.axis_edges.push_back(e);
+    }
+  }
+
+  Polyhedron p_;
+  std::vector<Vec3>& X = p_.vertices;
+  std::vector<Triangle>& T = p_.triangles;
+  double coplanar_sine_, size_ = 0;
+  HalfEdges he_;
+  std::vector<Vec3> area_;                     // twice the area vectors
+  std::vector<int> group_;                     // of a triangle: the first triangle of its coplanar group
+  std::map<int, std::vector<int>> members_;    // of a group; the order does not depend on unions
+  std::vector<std::vector<int>> loops_;        // half-edges around each face
+};
+
+}  // namespace
+
+Polyhedron make_polyhedron(std::vector<Vec3> vertices, const std::vector<Triangle>& input, double coplanar_sine) {
+  return Builder(vertices, input, coplanar_sine).build();
 }
 
 }  // namespace talus

@@ -1,0 +1,242 @@
+#include "fem/viaduct.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "core/error.hpp"
+
+namespace talus::fem {
+namespace {
+
+[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
+  Problem p;
+  p.key = fmt::format("structure.{}.{}", spec.name, key);
+  p.value = value;
+  p.rule = rule;
+  p.remedy = remedy;
+  throw InputError(p);
+}
+
+Box3 box(double x0, double x1, double y0, double y1, double z0, double z1) { return Box3(Vec3(x0, y0, z0), Vec3(x1, y1, z1)); }
+
+/// The measures of a viaduct, defaults filled in [m].
+struct Measures {
+  int spans, across, girders;
+  double length, pier_spacing, pier_x, pier_y, cap_x, cap_y, cap_z, deck_y, deck_z, slab, web, lower_slab, wall;
+  double top;  // lower side of the cap beams, body axes
+  bool abutments, round, levelled;
+  double bearing_height, bearing_stiffness, bearing_friction, bearing_seat;
+};
+
+class Given {
+ public:
+  explicit Given(const StructureSpec& spec) : spec_(spec), given_(spec.parameters.begin(), spec.parameters.end()) {
+    static const char* known[] = {"spans", "span_length", "pier_height", "deck_level", "piers_per_bent", "pier_spacing", "pier_width", "pier_depth", "cap_height",
+                                  "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width", "bearing_height",
+                                  "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments", "pier_diameter"};
+    for (const auto& [key, value] : given_) {
+      if (std::find(std::begin(known), std::end(known), key) == std::end(known)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", "see the list of measures of the viaduct");
+      if (!std::isfinite(value)) bad(spec, key, fmt::format("{:g}", value), "must be a number", "correct it");
+    }
+  }
+
+  bool has(const char* key) const { return given_.count(key) != 0; }
+
+  double number(const char* key, double fallback, double least) const {
+    const auto at = given_.find(key);
+    const double value = at == given_.end() ? fallback : at->second;
+    if (!(value >= least)) bad(spec_, key, fmt::format("{:g}", value), fmt::format("at least {:g}", least), "correct it");
+    return value;
+  }
+  int count(const char* key, int fallback, int least) const { return static_cast<int>(std::lround(number(key, fallback, least))); }
+
+ private:
+  const StructureSpec& spec_;
+  std::map<std::string, double> given_;
+};
+
+/// Throws InputError where measures do not fit together.
+void check(const StructureSpec& spec, const Measures& m) {
+  if (m.cap_x < m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", m.cap_x), "the cap beam must cover the pier", "at least pier_width");
+  if (m.cap_y < (m.across - 1) * m.pier_spacing + m.pier_y) bad(spec, "cap_length", fmt::format("{:g} m", m.cap_y), "the cap beam must cover its piers", fmt::format("at least {:g} m", (m.across - 1) * m.pier_spacing + m.pier_y));
+  if (m.across > 1 && m.pier_spacing <= m.pier_y) bad(spec, "pier_spacing", fmt::format("{:g} m", m.pier_spacing), "piers of one bent overlap", "more than pier_depth");
+  if (m.girders > 0 && m.slab >= m.deck_z) bad(spec, "slab_thickness", fmt::format("{:g} m", m.slab), "must be less than deck_depth", "correct it");
+  if (m.girders > 0 && m.girders * m.web > m.deck_y) bad(spec, "girder_width", fmt::format("{:g} m", m.web), "the girders are wider than the deck", "fewer or narrower girders");
+  if (m.lower_slab > 0 && m.girders < 2) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "a box needs two girders or more as its webs", "girders = 2, or no bottom_slab");
+  if (m.lower_slab > 0 && m.lower_slab + m.slab >= m.deck_z) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "with slab_thickness it must be less than deck_depth", "correct it");
+  if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y))) bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier", "give the thickness of the wall");
+  if (m.round && !spec.refinements.empty()) bad(spec, "refine", "", "zones of finer cells are not there for round piers", "a smaller cell_size, or rectangular piers");
+  if (m.round && m.pier_x != m.pier_y) bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter", "give diameter alone");
+  if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)), "the cap beam must be a tenth wider than a round pier", fmt::format("at least {:g} m", 1.1 * m.pier_x));
+  if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
+}
+
+Measures measures_of(const StructureSpec& spec) {
+  const Given given(spec);
+  Measures m{};
+  m.spans = given.count("spans", 3, 1);
+  m.length = given.number("span_length", 20, 1);
+  m.across = given.count("piers_per_bent", 1, 1);
+  m.pier_spacing = given.number("pier_spacing", 4, 0.1);
+  m.pier_x = given.number("pier_width", 1.5, 0.1);
+  m.pier_y = given.number("pier_depth", 1.5, 0.1);
+  m.cap_z = given.number("cap_height", 1.0, 0.1);
+  m.cap_x = given.number("cap_width", m.pier_x + 0.5, 0.1);
+  m.deck_y = given.number("deck_width", 8, 0.2);
+  m.deck_z = given.number("deck_depth", 1.5, 0.1);
+  m.cap_y = given.number("cap_length", m.deck_y, 0.1);
+  m.girders = given.count("girders", 0, 0);
+  m.slab = given.number("slab_thickness", 0.3, 0.02);
+  m.web = given.number("girder_width", 0.5, 0.05);
+  m.lower_slab = given.number("bottom_slab", 0, 0);
+  m.wall = spec.section == "hollow" ? spec.wall_thickness : 0;
+  m.abutments = given.number("abutments", 0, 0) != 0;
+  m.round = spec.section == "round";
+  m.bearing_height = given.number("bearing_height", 0.1, 0.001);
+  m.bearing_stiffness = given.number("bearing_stiffness", 1e7, 1);
+  m.bearing_friction = given.number("bearing_friction", 0.3, 0);
+  m.bearing_seat = given.number("bearing_seat", 0.5, 0.001);
+  m.levelled = given.has("deck_level") && !given.has("pier_height");
+  check(spec, m);
+  m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height - m.cap_z : given.number("pier_height", 10, 0.1);
+  return m;
+}
+
+/// Lays out bents and spans in body axes.
+class Layout {
+ public:
+  explicit Layout(const StructureSpec& spec)
+      : spec_(spec), m_(measures_of(spec)), first_bent_(m_.abutments ? 1 : 0), last_bent_(m_.abutments ? m_.spans - 1 : m_.spans), cap_top_(m_.top + m_.cap_z) {}
+
+  ViaductPlan plan() {
+    plan_.bearing_height = m_.bearing_height;
+    plan_.bearing_stiffness = m_.bearing_stiffness;
+    plan_.bearing_friction = m_.bearing_friction;
+    plan_.bearing_seat = m_.bearing_seat;
+    for (int i = 0; i <= m_.spans; ++i) add_bent(i);
+    for (int s = 0; s < m_.spans; ++s) add_span(s);
+    return std::move(plan_);
+  }
+
+ private:
+  double support_x(int i) const { return (i - first_bent_) * m_.length; }
+  Vec3 world(const Vec3& x) const { return spec_.rotation * x + spec_.position; }
+
+  /// An abutment is a founded block as deep as the cap beam, behind the joint: a bent without piers.
+  void add_bent(int i) {
+    const double x = support_x(i);
+    ViaductPlan::Part part;
+    part.founded = true;
+    if (i >= first_bent_ && i <= last_bent_)
+      for (int k = 0; k < m_.across; ++k) add_pier(i, k, part);
+    part.boxes.push_back(box(x - m_.cap_x / 2, x + m_.cap_x / 2, -m_.cap_y / 2, m_.cap_y / 2, m_.top, cap_top_));
+    plan_.parts.push_back(std::move(part));
+  }
+
+  void add_pier(int i, int k, ViaductPlan::Part& part) {
+    const double x = support_x(i), y = (k - 0.5 * (m_.across - 1)) * m_.pier_spacing, foot = foot_at(i, x, y);
+    if (m_.round)
+      part.rounds.push_back({Vec3(x, y, foot), m_.pier_x / 2, m_.top});
+    else
+      add_shaft(x, y, foot, part.boxes);
+    Pier pier;
+    pier.name = m_.across > 1 ? fmt::format("P{}.{}", i + 1, k + 1) : fmt::format("P{}", i + 1);
+    pier.clear = m_.top - foot;
+    pier.wall = m_.wall;
+    rebar::Member& member = pier.shape;
+    if (m_.round) member.section = rebar::Member::Section::round;
+    member.width = m_.pier_x, member.depth = m_.pier_y, member.length = cap_top_ - foot;
+    member.base = world(Vec3(x, y, foot));
+    member.axis_x = spec_.rotation * Vec3::UnitX();
+    member.axis_y = spec_.rotation * Vec3::UnitY();
+    plan_.piers.push_back(pier);
+  }
+
+  /// Level of the foot of a pier, body axes: on the ground where the deck's level is given.
+  double foot_at(int i, double x, double y) const {
+    double foot = 0;
+    if (m_.levelled && spec_.ground) {
+      const Vec3 at = world(Vec3(x, y, 0));
+      const double z = spec_.ground(at.x(), at.y());
+      if (!std::isfinite(z)) bad(spec_, "position", fmt::format("pier at ({:.6g}, {:.6g})", at.x(), at.y()), "the terrain has no height under this pier", "move the viaduct, or widen the terrain");
+      foot = (spec_.rotation.transpose() * (Vec3(at.x(), at.y(), z) - spec_.position)).z();
+    }
+    if (!(m_.top - foot > 0.05 * spec_.cell_size)) bad(spec_, "pier_height", fmt::format("{:.3g} m for bent {}", m_.top - foot, i + 1), "the cap beam lies below the ground", "raise deck_level or pier_height");
+    return foot;
+  }
+
+  /// A rectangular pier, solid or as four walls.
+  void add_shaft(double x, double y, double foot, std::vector<Box3>& boxes) const {
+    const double x0 = x - m_.pier_x / 2, x1 = x + m_.pier_x / 2, y0 = y - m_.pier_y / 2, y1 = y + m_.pier_y / 2, w = m_.wall;
+    if (!(w > 0)) {
+      boxes.push_back(box(x0, x1, y0, y1, foot, m_.top));
+      return;
+    }
+    boxes.push_back(box(x0, x0 + w, y0, y1, foot, m_.top));
+    boxes.push_back(box(x1 - w, x1, y0, y1, foot, m_.top));
+    boxes.push_back(box(x0 + w, x1 - w, y0, y0 + w, foot, m_.top));
+    boxes.push_back(box(x0 + w, x1 - w, y1 - w, y1, foot, m_.top));
+  }
+
+  void add_span(int s) {
+    const double joint = std::min(0.05, 0.2 * m_.cap_x);
+    const double x0 = support_x(s) + joint / 2, x1 = support_x(s + 1) - joint / 2;
+    ViaductPlan::Part part;
+    part.deck = s;
+    double width = 0;  // of a pad
+    const std::vector<double> lines = m_.girders == 0 ? add_solid_deck(x0, x1, part, width) : add_girders(x0, x1, part, width);
+    const double rest = std::min(0.4 * (m_.cap_x - joint), 0.6);  // length of a bearing along the axis
+    for (int end = 0; end < 2; ++end)
+      for (double y : lines) plan_.pads.push_back({Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, cap_top_), s, end, rest, width});
+    plan_.parts.push_back(std::move(part));
+  }
+
+  double bottom() const { return cap_top_ + m_.bearing_height; }
+
+  void add_soffit(double x0, double x1, double y, double width) {
+    plan_.soffits.push_back({world(Vec3(x0, y, bottom())), world(Vec3(x1, y, bottom())), spec_.rotation * Vec3::UnitY(), width});
+  }
+
+  /// Lines of bearings [m across].
+  std::vector<double> add_solid_deck(double x0, double x1, ViaductPlan::Part& part, double& width) {
+    add_soffit(x0, x1, 0, m_.deck_y);
+    part.boxes.push_back(box(x0, x1, -m_.deck_y / 2, m_.deck_y / 2, bottom(), bottom() + m_.deck_z));
+    width = std::min(0.6, m_.cap_y / 4);
+    const double y = std::min(m_.cap_y, m_.deck_y) / 4;
+    return {-y, y};
+  }
+
+  std::vector<double> add_girders(double x0, double x1, ViaductPlan::Part& part, double& width) {
+    std::vector<double> lines;
+    const double soffit = bottom(), slab = soffit + m_.deck_z - m_.slab;
+    part.boxes.push_back(box(x0, x1, -m_.deck_y / 2, m_.deck_y / 2, slab, soffit + m_.deck_z));
+    for (int g = 0; g < m_.girders; ++g) {
+      const double y = -m_.deck_y / 2 + m_.deck_y * (g + 0.5) / m_.girders;
+      part.boxes.push_back(box(x0, x1, y - m_.web / 2, y + m_.web / 2, soffit, slab));
+      add_soffit(x0, x1, y, m_.web);
+      if (std::abs(y) < m_.cap_y / 2) lines.push_back(y);
+    }
+    if (m_.lower_slab > 0) {
+      const double y = m_.deck_y * (0.5 - 0.5 / m_.girders) + m_.web / 2;
+      part.boxes.push_back(box(x0, x1, -y, y, soffit, soffit + m_.lower_slab));
+    }
+    width = m_.web;
+    if (lines.empty()) bad(spec_, "cap_length", fmt::format("{:g} m", m_.cap_y), "no girder rests on the cap beam", "a longer cap beam");
+    return lines;
+  }
+
+  const StructureSpec& spec_;
+  Measures m_;
+  int first_bent_, last_bent_;
+  double cap_top_;
+  ViaductPlan plan_;
+};
+
+}  // namespace
+
+ViaductPlan viaduct_plan(const StructureSpec& spec) { return Layout(spec).plan(); }
+
+}  // namespace talus::fem
