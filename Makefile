@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 PRESET ?= release
 BUILD := build/$(PRESET)
 
-.PHONY: help setup build test demo cases bench docs clean
+.PHONY: help setup build test demo cases bench docs fuzz clean
 
 help:
 	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
@@ -12,6 +12,7 @@ help:
 	@echo "make cases   run every case in full (long)"
 	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
 	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
+	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
 	@echo "make clean   remove build/"
 
 setup:
@@ -43,12 +44,18 @@ bench: build
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
 	@$(BUILD)/talus --man > docs/talus.1
-	@for suite in dda stability; do \
-	  $(BUILD)/talus verify $$suite $$([ $$suite = dda ] || echo --quick) -o $(BUILD)/verify-$$suite > $(BUILD)/verify-$$suite.txt; \
+	@set -e; for suite in dda fem coupling stability; do \
+	  case $$suite in dda|fem) form=;; *) form=--quick;; esac; \
+	  $(BUILD)/talus verify $$suite $$form -o $(BUILD)/verify-$$suite > $(BUILD)/verify-$$suite.txt || [ $$? -eq 1 ]; \
 	  tail -2 $(BUILD)/verify-$$suite.txt; \
 	  python3 docs/results/tables.py $(BUILD)/verify-$$suite/verify.json docs/results/verification-$$suite.md $$suite; \
+	  for plot in $(BUILD)/verify-$$suite/*.svg; do [ ! -e docs/results/$${plot##*/} ] || cp $$plot docs/results/; done; \
 	done
-	@cp $(BUILD)/verify-dda/*.svg docs/results/
+
+fuzz:
+	@test -f build/fuzz/build.ninja || cmake --preset fuzz
+	@cmake --build build/fuzz -j $(JOBS) --target talus_fuzz
+	@python3 tests/fuzz/run.py build/fuzz
 
 clean:
 	rm -rf build

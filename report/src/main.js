@@ -46,7 +46,9 @@ function card(label, value, unit, note, extra = "", digits = 3) {
   $("cards").append(make("div", { className: `stat ${extra}` }, make("div", { className: "k", textContent: label }), make("div", { className: "v" }, v, make("small", { textContent: u })), make("div", { className: "n", textContent: note || " ", title: note || "" })));
 }
 if (summary.structures && summary.structures.length) {
-  card(summary.structures.length > 1 ? "Structures hit" : summary.structures[0].name, summary.structures.length > 1 ? `${summary.structures.filter((s) => s.hit).length} of ${summary.structures.length}` : summary.hit ? "Hit" : "Not hit", "", summary.hit ? `first at ${number(impacts[0].start, 4)} s` : "", summary.hit ? "hit" : "safe");
+  const hits = summary.structures.filter((s) => s.hit).length, loaded = summary.structures.filter((s) => s.loaded).length, many = summary.structures.length > 1;
+  if (hits || !loaded) card(many ? "Structures hit" : summary.structures[0].name, many ? `${hits} of ${summary.structures.length}` : hits ? "Hit" : "Not hit", "", hits ? `first at ${number(impacts[0].start, 4)} s` : "", hits ? "hit" : "safe");
+  else card(many ? "Structures loaded" : summary.structures[0].name, many ? `${loaded} of ${summary.structures.length}` : "Loaded", "", "by a prescribed traction; no block struck");
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
   const worst = (blows.length ? blows : impacts).reduce((a, m) => (!a || m.peak_force > a.peak_force ? m : a), null);
   const curve = worst && (meta.curves || []).find((c) => c.impact === impacts.indexOf(worst));
@@ -56,7 +58,7 @@ if (summary.structures && summary.structures.length) {
     card("Impulse", norm(worst.impulse), "N s", `in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
   }
   const top = (key) => summary.structures.reduce((a, s) => (s[key] > a[key] ? s : a));
-  if (summary.hit) {
+  if (hits || loaded) {
     card("Base shear, added", top("peak_base_shear").peak_base_shear, "N", `at ${number(top("peak_base_shear").peak_base_shear_time, 4)} s`);
     card("Base moment, added", top("peak_base_moment").peak_base_moment, "N m", `at ${number(top("peak_base_moment").peak_base_moment_time, 4)} s`);
   }
@@ -192,7 +194,7 @@ function choose(pick) {
     if (y.height.some((v) => v !== null)) plot({ title: "Centroid above ground", unit: "m", data: [t, y.height], series: [{ label: "height", color: c }] });
   } else {
     const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
-    panel.append(make("h3", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : "was not hit" }),
+    panel.append(make("h3", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : "was not hit" }),
       list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
     for (const c of meta.curves || []) if (c.structure === s.name) plot(spec(c));
   }
@@ -380,18 +382,25 @@ document.addEventListener("keydown", (e) => {
 });
 
 // ---- start
-try {
-  scene.open($("view"), choose);
-  open3d = true;
-  options();
-  legend();
-  preset("overview", true);
-} catch (error) {
-  $("view").hidden = $("presets").hidden = $("legend").hidden = true;
-  $("shot").disabled = true;
-  $("no-webgl").hidden = false;
-  $("no-webgl").textContent = "This browser offers no WebGL, so there is no 3D view. The map below moves with the time slider; all plots and tables are here.";
-  console.warn(`3D view unavailable: ${error.message}`);
+function start3d() {
+  const note = $("no-webgl");
+  note.hidden = true;
+  try {
+    scene.open($("view"), choose);
+    open3d = true;
+    options();
+    legend();
+    preset("overview", true);
+    scene.theme(root.dataset.theme === "dark");
+    if (chosen.kind) scene.select(chosen.kind, chosen.index);
+    setTime(time);
+  } catch (error) {
+    $("view").hidden = $("presets").hidden = $("legend").hidden = true;
+    note.hidden = false;
+    note.textContent = "This browser offers no WebGL, so there is no 3D view. The map below moves with the time slider; all plots and tables are here.";
+    console.warn(`3D view unavailable: ${error.message}`);
+  }
+  $("shot").disabled = !open3d;
 }
 map.open($("map"), $("map-tip"));
 plots();
@@ -401,6 +410,11 @@ setTheme(root.dataset.theme);
 setTime(data.start);
 play(false);
 requestAnimationFrame(tick);
+// The 3D view comes after the first picture of the page: without a graphics card its start alone takes many seconds.
+$("shot").disabled = true;
+$("no-webgl").hidden = false;
+$("no-webgl").textContent = "Setting up the 3D view \u2026";
+const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); })));
 
-// For tests of the page.
-window.talus = { get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };
+// For tests of the page. `ready` resolves when the 3D view is there, or cannot be.
+window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };

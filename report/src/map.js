@@ -4,7 +4,7 @@ import { css, palette } from "./colors.js";
 import { number } from "./format.js";
 
 const m = meta.map, height = array("map_height");
-let canvas, context, base, ratio = 1, width = 0, tall = 0, scale = 1, fastest = 1;
+let canvas, context, base, ratio = 1, width = 0, tall = 0, scale = 1;
 const px = (x) => (x - m.x0) * scale, py = (y) => tall - (y - m.y0) * scale;
 const variable = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -28,28 +28,33 @@ function relief(dark) {
 }
 
 function contours(g) {
-  // Marching squares on the map's own grid.
+  // Marching squares on the map's own grid; each cell knows which levels cross it.
   let low = Infinity, high = -Infinity;
   for (const z of height) if (z === z) { low = Math.min(low, z); high = Math.max(high, z); }
   const step = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((s) => (high - low) / s < 22) || 500;
-  const stride = Math.max(1, Math.round(m.nx / 180));
-  for (let level = Math.ceil((low + origin[2]) / step) * step; level < high + origin[2]; level += step) {
-    const z0 = level - origin[2], main = Math.abs(level / step / 5 - Math.round(level / step / 5)) < 1e-6;
-    g.beginPath();
-    for (let j = 0; j + stride < m.ny; j += stride)
-      for (let i = 0; i + stride < m.nx; i += stride) {
-        const c = [[i, j], [i + stride, j], [i + stride, j + stride], [i, j + stride]], z = c.map(([a, b]) => height[b * m.nx + a] - z0), cut = [];
-        for (let e = 0; e < 4; e++) {
-          const f = (e + 1) % 4;
-          if (z[e] < 0 !== z[f] < 0) { const s = z[e] / (z[e] - z[f]); cut.push([c[e][0] + s * (c[f][0] - c[e][0]), c[e][1] + s * (c[f][1] - c[e][1])]); }
-        }
-        for (let k = 0; k + 1 < cut.length; k += 2) {
-          g.moveTo(px(m.x0 + cut[k][0] * m.dx), py(m.y0 + cut[k][1] * m.dy));
-          g.lineTo(px(m.x0 + cut[k + 1][0] * m.dx), py(m.y0 + cut[k + 1][1] * m.dy));
+  const stride = Math.max(1, Math.round(m.nx / 180)), lines = new Map(), x = [0, 0, 0, 0], y = [0, 0, 0, 0], z = [0, 0, 0, 0];
+  for (let j = 0; j + stride < m.ny; j += stride)
+    for (let i = 0; i + stride < m.nx; i += stride) {
+      for (let k = 0; k < 4; k++) {
+        const a = i + (k === 1 || k === 2 ? stride : 0), b = j + (k > 1 ? stride : 0);
+        x[k] = px(m.x0 + a * m.dx); y[k] = py(m.y0 + b * m.dy); z[k] = height[b * m.nx + a] + origin[2];
+      }
+      const top = Math.max(z[0], z[1], z[2], z[3]);   // NaN beside a hole: no level is below it
+      for (let n = Math.ceil(Math.min(z[0], z[1], z[2], z[3]) / step); n * step <= top; n++) {
+        if (!lines.has(n)) lines.set(n, new Path2D());
+        const line = lines.get(n);
+        for (let e = 0, open = false; e < 4; e++) {
+          const f = (e + 1) % 4, a = z[e] - n * step, b = z[f] - n * step;
+          if (a < 0 === b < 0) continue;
+          const s = a / (a - b);
+          line[open ? "lineTo" : "moveTo"](x[e] + s * (x[f] - x[e]), y[e] + s * (y[f] - y[e]));
+          open = !open;
         }
       }
-    g.lineWidth = main ? 1.1 : 0.6;
-    g.stroke();
+    }
+  for (const [n, line] of lines) {
+    g.lineWidth = n % 5 === 0 ? 1.1 : 0.6;
+    g.stroke(line);
   }
 }
 
@@ -60,8 +65,37 @@ function hull(points) {
   return half(points).concat(half(points.slice().reverse()));
 }
 
+// Paths coloured by speed: one line of the canvas for each tone, not for each segment.
+function trajectories(g) {
+  const step = Math.max(1, Math.ceil((nf * nb) / 400000)), tones = 32, lines = Array.from({ length: tones + 1 }, () => new Path2D());
+  const fastest = frames.speed.reduce((a, s) => (s > a ? s : a), 1e-9);
+  for (let b = 0; b < nb; b++) {
+    let last = -1;
+    for (let k = 0; k < nf; k += step) {
+      const i = (k * nb + b) * 3, x = frames.position[i], y = frames.position[i + 1];
+      if (!(x === x)) continue;
+      if (last >= 0) {
+        const j = (last * nb + b) * 3;
+        if (Math.hypot(x - frames.position[j], y - frames.position[j + 1]) * scale < 0.4) continue;
+        const line = lines[Math.round((tones * frames.speed[k * nb + b]) / fastest)];
+        line.moveTo(px(frames.position[j]), py(frames.position[j + 1]));
+        line.lineTo(px(x), py(y));
+      }
+      last = k;
+    }
+  }
+  g.lineWidth = nb > 30 ? 0.7 : 1.8;
+  g.globalAlpha = nb > 100 ? 0.35 : 0.9;
+  g.lineCap = "round";
+  lines.forEach((line, k) => { g.strokeStyle = css("speed", k / tones); g.stroke(line); });
+}
+
+// Painted when it is in sight: most readers look at the summary first.
+let seen = false, stale = true;
 export function paint() {
-  if (!canvas) return;
+  stale = true;
+  if (!canvas || !seen) return;
+  stale = false;
   const dark = document.documentElement.dataset.theme === "dark";
   width = canvas.parentElement.clientWidth;
   scale = width / ((m.nx - 1) * m.dx);
@@ -80,28 +114,7 @@ export function paint() {
   g.strokeStyle = dark ? "#ffffff26" : "#3a2a1438";
   contours(g);
 
-  const step = Math.max(1, Math.ceil((nf * nb) / 400000));
-  fastest = frames.speed.reduce((a, s) => (s > a ? s : a), 1e-9);
-  g.lineWidth = nb > 30 ? 0.7 : 1.8;
-  g.globalAlpha = nb > 100 ? 0.35 : 0.9;
-  g.lineCap = "round";
-  for (let b = 0; b < nb; b++) {
-    let last = -1;
-    for (let k = 0; k < nf; k += step) {
-      const i = (k * nb + b) * 3;
-      if (!(frames.position[i] === frames.position[i])) continue;
-      if (last >= 0) {
-        const j = (last * nb + b) * 3;
-        if (Math.hypot(frames.position[i] - frames.position[j], frames.position[i + 1] - frames.position[j + 1]) * scale < 0.4) continue;
-        g.strokeStyle = css("speed", frames.speed[k * nb + b] / fastest);
-        g.beginPath();
-        g.moveTo(px(frames.position[j]), py(frames.position[j + 1]));
-        g.lineTo(px(frames.position[i]), py(frames.position[i + 1]));
-        g.stroke();
-      }
-      last = k;
-    }
-  }
+  trajectories(g);
   g.globalAlpha = 1;
   for (const s of structures) {
     const nodes = s.epochs.length ? array(`${s.epochs[0]}_nodes`) : [], points = [];
@@ -161,7 +174,7 @@ let current = 0;
 const p = { position: [0, 0, 0], q: [1, 0, 0, 0] };
 export function now(t) {
   current = t;
-  if (!base) return;
+  if (!base || !seen) return;
   const dark = document.documentElement.dataset.theme === "dark";
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.drawImage(base, 0, 0);
@@ -180,7 +193,13 @@ export function open(element, tip) {
   if (!m || m.nx < 2) { element.parentElement.parentElement.hidden = true; return; }
   canvas = element;
   context = canvas.getContext("2d");
-  paint();
+  // The place is kept, so that nothing jumps when the map appears.
+  width = canvas.parentElement.clientWidth;
+  canvas.style.height = `${(width * (m.ny - 1) * m.dy) / ((m.nx - 1) * m.dx)}px`;
+  new IntersectionObserver((list) => {
+    seen = list[list.length - 1].isIntersecting;
+    if (seen && stale) paint(); else now(current);
+  }, { rootMargin: "400px" }).observe(canvas);
   let last = width;
   new ResizeObserver(() => { if (Math.abs(canvas.parentElement.clientWidth - last) > 1) { last = canvas.parentElement.clientWidth; paint(); } }).observe(canvas.parentElement);
   canvas.addEventListener("pointermove", (e) => {

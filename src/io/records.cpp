@@ -14,19 +14,57 @@ using sim::HistoryRow;
 using sim::LedgerRow;
 using sim::RunHeader;
 
-void put_block(ByteWriter& w, const RunHeader::BlockInfo& b) {
-  w.put(b.name);
-  w.put(b.mass);
-  w.put(b.volume);
-  w.put(b.fixed);
-  w.put(b.fragment);
-  w.put(b.shape.vertices);
-  w.put(b.shape.face_offset);
-  w.put(b.shape.face_vertices);
-  w.put(b.shape.triangles);
-  w.put(b.shape.triangle_face);
-  w.put(b.young);
-  w.put(b.poisson);
+// One list of fields for each kind of record, in their order in the journal, for writing and for reading.
+auto writing(ByteWriter& w) { return [&w](const auto& value) { w.put(value); }; }
+auto reading(ByteReader& r) { return [&r](auto& value) { r.get(value); }; }
+
+void block_fields(auto& b, auto&& f) {
+  f(b.name), f(b.mass), f(b.volume), f(b.fixed), f(b.fragment);
+  f(b.shape.vertices), f(b.shape.face_offset), f(b.shape.face_vertices), f(b.shape.triangles), f(b.shape.triangle_face);
+  f(b.young), f(b.poisson);
+}
+
+void member_fields(auto& m, auto&& f) {
+  f(m.name), f(m.base), f(m.axis_x), f(m.axis_y), f(m.length), f(m.volume), f(m.stations), f(m.axial_preload), f(m.shear_design), f(m.shear_mean);
+}
+
+void member_state_fields(auto& m, auto&& f) {
+  f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded), f(m.bars_broken);
+}
+
+void contact_fields(auto& c, auto&& f) { f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area); }
+
+void ledger_fields(auto& l, auto&& f) {
+  f(l.kinetic), f(l.potential), f(l.strain), f(l.contact), f(l.friction_work), f(l.damping_work), f(l.damage_work), f(l.algorithmic), f(l.external_work), f(l.residual);
+  f(l.linear_momentum), f(l.angular_momentum);
+}
+
+void structure_row_fields(auto& s, auto&& f) {
+  f(s.base_force), f(s.base_moment), f(s.probe_displacement), f(s.damage_max), f(s.damaged_volume), f(s.spalled_volume);
+}
+
+void mesh_fields(auto& s, auto&& f) { f(s.nodes), f(s.hexes), f(s.bars); }
+
+void value_fields(auto& s, auto&& f) {
+  f(s.displacement), f(s.velocity), f(s.damage_tension), f(s.damage_compression), f(s.stress_von_mises), f(s.crack_width);
+  f(s.bar_points), f(s.bar_strain), f(s.bar_stress), f(s.bar_state);
+}
+
+/// A block's values of a history row, side by side.
+void motion_fields(auto& row, std::size_t i, auto&& f) {
+  f(row.position[i].data(), 3), f(row.velocity[i].data(), 3), f(row.spin[i].data(), 3), f(row.orientation[i].data(), 4), f(row.strain[i].data(), 6);
+  f(&row.kinetic_translational[i], 1), f(&row.kinetic_rotational[i], 1);
+}
+
+/// A count, then each item by `item`.
+template <class Items, class F>
+void put_list(ByteWriter& w, const Items& items, F&& item) {
+  w.put(static_cast<std::uint64_t>(items.size()));
+  for (const auto& one : items) item(one);
+}
+template <class Items, class F>
+void get_list(ByteReader& r, Items& items, F&& item) {
+  for (auto n = r.take<std::uint64_t>(); n > 0; --n) item(items.emplace_back());   // a count that lies ends with the record
 }
 
 void check_indices(const std::vector<std::array<int, 3>>& triangles, std::size_t vertices) {
@@ -45,72 +83,6 @@ void check_shape(const Polyhedron& s) {
   }
   for (const int v : s.face_vertices)
     if (v < 0 || static_cast<std::size_t>(v) >= s.vertices.size()) throw std::out_of_range("a face names a vertex that is not there");
-}
-
-RunHeader::BlockInfo get_block(ByteReader& r) {
-  RunHeader::BlockInfo b;
-  r.get(b.name);
-  r.get(b.mass);
-  r.get(b.volume);
-  r.get(b.fixed);
-  r.get(b.fragment);
-  r.get(b.shape.vertices);
-  r.get(b.shape.face_offset);
-  r.get(b.shape.face_vertices);
-  r.get(b.shape.triangles);
-  r.get(b.shape.triangle_face);
-  r.get(b.young);
-  r.get(b.poisson);
-  check_shape(b.shape);
-  return b;
-}
-
-void put_member(ByteWriter& w, const Member& m) {
-  w.put(m.name);
-  for (const Vec3& v : {m.base, m.axis_x, m.axis_y}) w.put(v);
-  w.put(m.length);
-  w.put(m.volume);
-  w.put(m.stations);
-  w.put(m.axial_preload);
-  w.put(m.shear_design);
-  w.put(m.shear_mean);
-}
-
-Member get_member(ByteReader& r) {
-  Member m;
-  r.get(m.name);
-  for (Vec3* v : {&m.base, &m.axis_x, &m.axis_y}) r.get(*v);
-  r.get(m.length);
-  r.get(m.volume);
-  r.get(m.stations);
-  r.get(m.axial_preload);
-  r.get(m.shear_design);
-  r.get(m.shear_mean);
-  return m;
-}
-
-void put_member_state(ByteWriter& w, const MemberState& m) {
-  w.put(m.axial);
-  w.put(m.shear);
-  w.put(m.moment);
-  w.put(m.drift);
-  w.put(m.crack_width);
-  w.put(m.lost_volume);
-  w.put(m.bars_yielded);
-  w.put(m.bars_broken);
-}
-
-MemberState get_member_state(ByteReader& r) {
-  MemberState m;
-  r.get(m.axial);
-  r.get(m.shear);
-  r.get(m.moment);
-  r.get(m.drift);
-  r.get(m.crack_width);
-  r.get(m.lost_volume);
-  r.get(m.bars_yielded);
-  r.get(m.bars_broken);
-  return m;
 }
 
 /// Groups of `width` doubles: a bit for each that differs from `before`, then those groups; `before` becomes `now`.
@@ -168,110 +140,62 @@ std::vector<double> flat(const std::vector<Pose>& poses) {
 
 std::string encode_blocks(std::span<const RunHeader::BlockInfo> blocks) {
   ByteWriter w;
-  w.put(static_cast<std::uint64_t>(blocks.size()));
-  for (const auto& b : blocks) put_block(w, b);
+  put_list(w, blocks, [&](const auto& b) { block_fields(b, writing(w)); });
   return w.bytes();
 }
 
 std::vector<RunHeader::BlockInfo> decode_blocks(std::string_view bytes) {
   ByteReader r(bytes);
   std::vector<RunHeader::BlockInfo> blocks;
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) blocks.push_back(get_block(r));
+  get_list(r, blocks, [&](auto& b) {
+    block_fields(b, reading(r));
+    check_shape(b.shape);
+  });
   return blocks;
 }
 
 std::string encode_header(const RunHeader& h) {
   ByteWriter w;
-  w.put(h.title);
-  w.put(h.duration);
-  w.put(encode_blocks(h.blocks));
-  w.put(h.terrain.vertices);
-  w.put(h.terrain.triangles);
-  w.put(static_cast<std::uint64_t>(h.planes.size()));
-  for (const Plane& p : h.planes) {
-    w.put(p.point);
-    w.put(p.normal);
-  }
-  w.put(static_cast<std::uint64_t>(h.structures.size()));
-  for (const auto& s : h.structures) {
-    w.put(s.name);
-    w.put(s.probes);
-    w.put(s.probe_at);
-    w.put(s.plan);
-    w.put(static_cast<std::uint64_t>(s.members.size()));
-    for (const Member& m : s.members) put_member(w, m);
-    w.put(s.young);
-    w.put(s.poisson);
-    w.put(s.f_cm);
-  }
-  w.put(h.materials);
-  w.put(h.plan);
+  const auto put = writing(w);
+  put(h.title), put(h.duration), put(encode_blocks(h.blocks)), put(h.terrain.vertices), put(h.terrain.triangles);
+  put_list(w, h.planes, [&](const Plane& p) { put(p.point), put(p.normal); });
+  put_list(w, h.structures, [&](const RunHeader::StructureInfo& s) {
+    put(s.name), put(s.probes), put(s.probe_at), put(s.plan);
+    put_list(w, s.members, [&](const Member& m) { member_fields(m, put); });
+    put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded);
+  });
+  put(h.materials), put(h.plan);
   return w.bytes();
 }
 
 RunHeader decode_header(std::string_view bytes) {
   ByteReader r(bytes);
+  const auto get = reading(r);
   RunHeader h;
-  r.get(h.title);
-  r.get(h.duration);
+  get(h.title), get(h.duration);
   h.blocks = decode_blocks(r.take<std::string>());
-  r.get(h.terrain.vertices);
-  r.get(h.terrain.triangles);
+  get(h.terrain.vertices), get(h.terrain.triangles);
   check_indices(h.terrain.triangles, h.terrain.vertices.size());
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) {
-    Plane p;
-    r.get(p.point);
-    r.get(p.normal);
-    h.planes.push_back(p);
-  }
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) {
-    RunHeader::StructureInfo s;
-    r.get(s.name);
-    r.get(s.probes);
-    r.get(s.probe_at);
-    r.get(s.plan);
-    for (auto k = r.take<std::uint64_t>(); k > 0; --k) s.members.push_back(get_member(r));
-    r.get(s.young);
-    r.get(s.poisson);
-    r.get(s.f_cm);
-    h.structures.push_back(std::move(s));
-  }
-  r.get(h.materials);
-  r.get(h.plan);
+  get_list(r, h.planes, [&](Plane& p) { get(p.point), get(p.normal); });
+  get_list(r, h.structures, [&](RunHeader::StructureInfo& s) {
+    get(s.name), get(s.probes), get(s.probe_at), get(s.plan);
+    get_list(r, s.members, [&](Member& m) { member_fields(m, get); });
+    get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded);
+  });
+  get(h.materials), get(h.plan);
   return h;
 }
 
 std::string encode_contacts(std::span<const ContactRow> rows) {
   ByteWriter w;
-  w.put(static_cast<std::uint64_t>(rows.size()));
-  for (const ContactRow& c : rows) {
-    w.put(c.time);
-    w.put(c.dt);
-    w.put(c.block);
-    w.put(c.structure);
-    w.put(c.point);
-    w.put(c.force);
-    w.put(c.normal);
-    w.put(c.area);
-  }
+  put_list(w, rows, [&](const ContactRow& c) { contact_fields(c, writing(w)); });
   return w.bytes();
 }
 
 std::vector<ContactRow> decode_contacts(std::string_view bytes) {
   ByteReader r(bytes);
   std::vector<ContactRow> rows;
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) {
-    ContactRow c;
-    r.get(c.time);
-    r.get(c.dt);
-    r.get(c.block);
-    r.get(c.structure);
-    r.get(c.point);
-    r.get(c.force);
-    r.get(c.normal);
-    r.get(c.area);
-    rows.push_back(c);
-  }
+  get_list(r, rows, [&](ContactRow& c) { contact_fields(c, reading(r)); });
   return rows;
 }
 
@@ -282,34 +206,16 @@ std::string RecordCodec::encode(const HistoryRow& row) {
     throw std::logic_error("history row with arrays of different lengths");
   std::vector<double> now(n * history_width);
   double* p = now.data();
-  const auto add = [&](const double* v, int k) { p = std::copy(v, v + k, p); };
-  for (std::size_t i = 0; i < n; ++i) {
-    add(row.position[i].data(), 3);
-    add(row.velocity[i].data(), 3);
-    add(row.spin[i].data(), 3);
-    add(row.orientation[i].data(), 4);
-    add(row.strain[i].data(), 6);
-    add(&row.kinetic_translational[i], 1);
-    add(&row.kinetic_rotational[i], 1);
-  }
+  for (std::size_t i = 0; i < n; ++i) motion_fields(row, i, [&](const double* v, int k) { p = std::copy(v, v + k, p); });
   ByteWriter w;
   w.put(row.time);
   put_changed(w, blocks_, now, history_width);
-  w.put(static_cast<std::uint64_t>(row.structures.size()));
-  for (const auto& s : row.structures) {
-    w.put(s.base_force);
-    w.put(s.base_moment);
-    w.put(s.probe_displacement);
-    w.put(s.damage_max);
-    w.put(s.damaged_volume);
-    w.put(s.spalled_volume);
-    w.put(static_cast<std::uint64_t>(s.members.size()));
-    for (const MemberState& m : s.members) put_member_state(w, m);
-  }
-  const LedgerRow& l = row.ledger;
-  for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual}) w.put(v);
-  w.put(l.linear_momentum);
-  w.put(l.angular_momentum);
+  const auto put = writing(w);
+  put_list(w, row.structures, [&](const HistoryRow::StructureRow& s) {
+    structure_row_fields(s, put);
+    put_list(w, s.members, [&](const MemberState& m) { member_state_fields(m, put); });
+  });
+  ledger_fields(row.ledger, put);
   return w.bytes();
 }
 
@@ -327,34 +233,17 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
   row.kinetic_translational.resize(n);
   row.kinetic_rotational.resize(n);
   const double* p = blocks_.data();
-  const auto get = [&](double* v, int k) {
-    std::copy(p, p + k, v);
-    p += k;
-  };
-  for (std::size_t i = 0; i < n; ++i) {
-    get(row.position[i].data(), 3);
-    get(row.velocity[i].data(), 3);
-    get(row.spin[i].data(), 3);
-    get(row.orientation[i].data(), 4);
-    get(row.strain[i].data(), 6);
-    get(&row.kinetic_translational[i], 1);
-    get(&row.kinetic_rotational[i], 1);
-  }
-  for (auto k = r.take<std::uint64_t>(); k > 0; --k) {
-    HistoryRow::StructureRow s;
-    r.get(s.base_force);
-    r.get(s.base_moment);
-    r.get(s.probe_displacement);
-    r.get(s.damage_max);
-    r.get(s.damaged_volume);
-    r.get(s.spalled_volume);
-    for (auto m = r.take<std::uint64_t>(); m > 0; --m) s.members.push_back(get_member_state(r));
-    row.structures.push_back(std::move(s));
-  }
-  LedgerRow& l = row.ledger;
-  for (double* v : {&l.kinetic, &l.potential, &l.strain, &l.contact, &l.friction_work, &l.damping_work, &l.damage_work, &l.algorithmic, &l.external_work, &l.residual}) r.get(*v);
-  r.get(l.linear_momentum);
-  r.get(l.angular_momentum);
+  for (std::size_t i = 0; i < n; ++i)
+    motion_fields(row, i, [&](double* v, int k) {
+      std::copy(p, p + k, v);
+      p += k;
+    });
+  const auto get = reading(r);
+  get_list(r, row.structures, [&](HistoryRow::StructureRow& s) {
+    structure_row_fields(s, get);
+    get_list(r, s.members, [&](MemberState& m) { member_state_fields(m, get); });
+  });
+  ledger_fields(row.ledger, get);
   return row;
 }
 
@@ -369,23 +258,8 @@ std::string RecordCodec::encode(const FieldRow& row) {
     const bool mesh = i < field_.structures.size() && same_mesh(field_.structures[i], s);
     const bool values = mesh && same_values(field_.structures[i], s);
     w.put(static_cast<std::uint8_t>(values ? 0 : mesh ? 1 : 2));
-    if (!mesh) {
-      w.put(s.nodes);
-      w.put(s.hexes);
-      w.put(s.bars);
-    }
-    if (!values) {
-      w.put(s.displacement);
-      w.put(s.velocity);
-      w.put(s.damage_tension);
-      w.put(s.damage_compression);
-      w.put(s.stress_von_mises);
-      w.put(s.crack_width);
-      w.put(s.bar_points);
-      w.put(s.bar_strain);
-      w.put(s.bar_stress);
-      w.put(s.bar_state);
-    }
+    if (!mesh) mesh_fields(s, writing(w));
+    if (!values) value_fields(s, writing(w));
   }
   field_ = row;
   return w.bytes();
@@ -406,23 +280,8 @@ const FieldRow& RecordCodec::decode_field(std::string_view bytes) {
   field_.structures.resize(n);
   for (Structure::Snapshot& s : field_.structures) {
     const auto change = r.take<std::uint8_t>();
-    if (change >= 2) {
-      r.get(s.nodes);
-      r.get(s.hexes);
-      r.get(s.bars);
-    }
-    if (change >= 1) {
-      r.get(s.displacement);
-      r.get(s.velocity);
-      r.get(s.damage_tension);
-      r.get(s.damage_compression);
-      r.get(s.stress_von_mises);
-      r.get(s.crack_width);
-      r.get(s.bar_points);
-      r.get(s.bar_strain);
-      r.get(s.bar_stress);
-      r.get(s.bar_state);
-    }
+    if (change >= 2) mesh_fields(s, reading(r));
+    if (change >= 1) value_fields(s, reading(r));
   }
   return field_;
 }

@@ -7,7 +7,23 @@
 #include <numbers>
 #include <unordered_map>
 
+#include <fmt/format.h>
+
+#include "io/files.hpp"
+
 namespace talus::io {
+
+std::span<const double> RowReader::row(std::size_t k) {
+  constexpr std::size_t batch_bytes = std::size_t{8} << 20;
+  if (k < first_ || k >= first_ + held_.rows()) {
+    const Dims dims = file_.dims(path_);
+    const std::size_t left = !dims.empty() && k < dims[0] ? dims[0] - k : 1;   // beyond the end: the reading refuses
+    held_ = file_.read_rows<double>(path_, k, std::min(left, std::max<std::size_t>(1, batch_bytes / (sizeof(double) * std::max<std::size_t>(1, width_)))));
+    if (held_.stride() != width_) throw bad_file("results.h5", path_, fmt::format("has rows of {} numbers in place of {}", held_.stride(), width_), "use results that Talus wrote");
+    first_ = k;
+  }
+  return std::span(held_.values).subspan((k - first_) * width_, width_);
+}
 
 std::vector<std::size_t> pick_frames(std::span<const double> time, std::size_t budget, const Windows& windows) {
   const std::size_t n = time.size();

@@ -38,6 +38,20 @@ class Blob {
   nlohmann::json index_ = nlohmann::json::object();
 };
 
+/// Rows of a dataset in ascending order, read many at a time: a row alone would inflate its whole chunk. Refuses rows of another width.
+class RowReader {
+ public:
+  RowReader(const Hdf5File& file, std::string path, std::size_t width) : file_(file), path_(std::move(path)), width_(width) {}
+  /// Row k; valid until the next call.
+  std::span<const double> row(std::size_t k);
+
+ private:
+  const Hdf5File& file_;
+  std::string path_;
+  std::size_t width_, first_ = 0;
+  Array<double> held_;
+};
+
 /// Time intervals that deserve more frames, s.
 using Windows = std::vector<std::pair<double, double>>;
 

@@ -91,6 +91,8 @@ void SummaryBuilder::add(const HistoryRow& row) {
     }
     // What the impact adds: the preload's reactions are not counted.
     const double shear = horizontal(r.base_force - s.first_force), moment = (r.base_moment - s.first_moment).norm();
+    const double reaction = (r.base_force - s.first_force).norm();
+    if (reaction > s.peak_reaction) s.peak_reaction = reaction, s.peak_reaction_time = row.time;
     if (shear > s.peak_shear) s.peak_shear = shear, s.peak_shear_time = row.time;
     if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
     s.damage = std::max(s.damage, r.damage_max);
@@ -164,6 +166,64 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
   }
 }
 
+std::vector<std::string> SummaryBuilder::headline() const {
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < structures_.size(); ++i) structure_lines(i, lines);
+  if (structures_.empty()) block_lines(lines);
+  return lines;
+}
+
+/// What struck a structure, or what its prescribed loads did to it.
+void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& lines) const {
+  const sim::RunHeader::StructureInfo& info = header_.structures[i];
+  const StructureTrack& s = structures_[i];
+  const auto fragment = [&](const Impact& m) { return header_.blocks[static_cast<std::size_t>(m.block)].fragment; };
+  const auto name_of = [&](const Impact& m) { return header_.blocks[static_cast<std::size_t>(m.block)].name; };
+  const Impact* first = nullptr;
+  const Impact* worst = nullptr;
+  int count = 0;
+  for (const Impact& m : impacts_) {
+    if (m.structure != static_cast<int>(i)) continue;
+    if (!fragment(m)) ++count;
+    if (first == nullptr) first = &m;
+    // A part that breaks off presses on what it broke from: no blow to head the page with.
+    const auto rank = [&](const Impact& x) { return std::pair(!fragment(x), x.peak_force); };
+    if (worst == nullptr || rank(m) > rank(*worst)) worst = &m;
+  }
+  if (first != nullptr) {
+    lines.push_back(fmt::format("{} struck {} at {:.3f} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
+                                engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
+    lines.push_back(fmt::format("Greatest contact force {} ({}), impulse {}.", engineering(worst->peak_force, "N"), name_of(*worst), engineering(s.impulse.norm(), "N s")));
+  } else if (info.loaded) {
+    const auto most = std::max_element(s.probes.begin(), s.probes.end(), [](const ProbeTrack& a, const ProbeTrack& b) { return a.peak < b.peak; });
+    lines.push_back(fmt::format("{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name, engineering(s.peak_reaction, "N"), s.peak_reaction_time,
+                                most == s.probes.end() ? std::string()
+                                                       : fmt::format("; {} moved {} at most", info.probes[static_cast<std::size_t>(most - s.probes.begin())], engineering(most->peak, "m"))));
+    if (!blocks_.empty()) lines.push_back(fmt::format("No block struck {}.", info.name));
+  } else {
+    lines.push_back(fmt::format("{} was not hit.", info.name));
+  }
+  if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half.", s.damage, s.damaged_volume));
+}
+
+/// Where the blocks went, where there is nothing to strike.
+void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
+  std::size_t farthest = 0, moving = 0;
+  double run = -1;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    if (!blocks_[i].born) continue;
+    const double r = horizontal(blocks_[i].end - blocks_[i].start);
+    if (r > run) run = r, farthest = i;
+    if (blocks_[i].velocity.norm() > 0.1) ++moving;
+  }
+  if (blocks_.empty()) return;
+  if (run >= 0)
+    lines.push_back(fmt::format("{} went {}{:.1f} m in plan, {:.1f} m down, at up to {:.1f} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", run,
+                                blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
+  if (blocks_.size() == 1) lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
+  else lines.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
+}
+
 std::string SummaryBuilder::text(const Outcome* outcome) {
   for (auto& row : open_of_)
     for (Open& open : row) {
@@ -189,48 +249,8 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
     j["time"]["cpu_seconds"] = outcome->counters.cpu_seconds;
   }
 
-  // The sentences that stand on top of the report.
   json headline = json::array();
-  const auto name_of = [&](int block) { return header_.blocks[static_cast<std::size_t>(block)].name; };
-  for (std::size_t i = 0; i < structures_.size(); ++i) {
-    const std::string& name = header_.structures[i].name;
-    const Impact* first = nullptr;
-    const Impact* worst = nullptr;
-    int count = 0;
-    for (const Impact& m : impacts_) {
-      if (m.structure != static_cast<int>(i)) continue;
-      if (!header_.blocks[static_cast<std::size_t>(m.block)].fragment) ++count;
-      if (first == nullptr) first = &m;
-      // A part that breaks off presses on what it broke from: no blow to head the page with.
-      const auto rank = [&](const Impact& x) { return std::pair(!header_.blocks[static_cast<std::size_t>(x.block)].fragment, x.peak_force); };
-      if (worst == nullptr || rank(m) > rank(*worst)) worst = &m;
-    }
-    if (first == nullptr) {
-      headline.push_back(fmt::format("{} was not hit.", name));
-      continue;
-    }
-    headline.push_back(fmt::format("{} struck {} at {:.3f} s with {:.1f} m/s and {}; {} {} in all.", name_of(first->block), name, first->start,
-                                   first->velocity.norm(), engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
-    headline.push_back(fmt::format("Greatest contact force {} ({}), impulse {}.", engineering(worst->peak_force, "N"), name_of(worst->block),
-                                   engineering(structures_[i].impulse.norm(), "N s")));
-    if (structures_[i].damage > 0)
-      headline.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half.", structures_[i].damage, structures_[i].damaged_volume));
-  }
-  if (structures_.empty() && !blocks_.empty()) {
-    std::size_t farthest = 0, moving = 0;
-    double run = -1;
-    for (std::size_t i = 0; i < blocks_.size(); ++i) {
-      if (!blocks_[i].born) continue;
-      const double r = horizontal(blocks_[i].end - blocks_[i].start);
-      if (r > run) run = r, farthest = i;
-      if (blocks_[i].velocity.norm() > 0.1) ++moving;
-    }
-    if (run >= 0)
-      headline.push_back(fmt::format("{} went {}{:.1f} m in plan, {:.1f} m down, at up to {:.1f} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", run,
-                                     blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
-    if (blocks_.size() == 1) headline.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
-    else headline.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
-  }
+  for (std::string& line : this->headline()) headline.push_back(std::move(line));
   j["headline"] = headline;
   j["hit"] = !impacts_.empty();
 
@@ -238,7 +258,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
   for (const Impact& m : impacts_) {
     const double duration = m.end - m.start;
     impacts.push_back({{"structure", header_.structures[static_cast<std::size_t>(m.structure)].name},
-                       {"block", name_of(m.block)},
+                       {"block", header_.blocks[static_cast<std::size_t>(m.block)].name},
                        {"start", m.start},
                        {"end", m.end},
                        {"velocity", vec(m.velocity)},
@@ -269,10 +289,13 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
     json members = json::array();
     for (const MemberTrack& m : s.members) members.push_back(m.summary());
     structures.push_back({{"name", info.name},
+                          {"loaded", info.loaded},
                           {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
                           {"impulse", vec(s.impulse)},
                           {"peak_force", s.peak_force},
                           {"peak_force_time", s.peak_force_time},
+                          {"peak_base_force", s.peak_reaction},
+                          {"peak_base_force_time", s.peak_reaction_time},
                           {"peak_base_shear", s.peak_shear},
                           {"peak_base_shear_time", s.peak_shear_time},
                           {"peak_base_moment", s.peak_moment},

@@ -56,7 +56,7 @@ class SummaryBuilder {
   };
   struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
   struct StructureTrack {
-    double peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0, spalled_volume = 0;
+    double peak_reaction = 0, peak_reaction_time = 0, peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0, spalled_volume = 0;
     double peak_force = 0, peak_force_time = 0;
     Vec3 first_force = Vec3::Zero(), first_moment = Vec3::Zero(), impulse = Vec3::Zero();
     bool seen = false;
@@ -66,6 +66,10 @@ class SummaryBuilder {
     Vec3 step_force = Vec3::Zero();
   };
   struct Open { int impact = -1; double time = 0; Vec3 force = Vec3::Zero(); double weight = 0; };
+  /// The sentences that stand on top of the report.
+  std::vector<std::string> headline() const;
+  void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  void block_lines(std::vector<std::string>& lines) const;
   void close_step(Open& open);
   void close_step(StructureTrack& s);
 

@@ -385,6 +385,7 @@ class Builder {
       info.young = s.structures[i].young;
       info.poisson = s.structures[i].poisson;
       info.f_cm = s.structures[i].f_cm;
+      info.loaded = !s.structures[i].loads.empty();
       h.structures.push_back(std::move(info));
     }
     for (const scene::Material& m : s.materials) h.materials.push_back(m.name);

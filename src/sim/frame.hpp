@@ -33,6 +33,7 @@ struct RunHeader {
     std::string plan;
     std::vector<Member> members;
     double young = 0, poisson = 0, f_cm = 0;   // of its material [Pa], 1, [Pa]; 0: not given
+    bool loaded = false;         // by a prescribed traction
   };
   std::vector<StructureInfo> structures;
   std::vector<std::string> materials;

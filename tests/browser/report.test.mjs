@@ -22,6 +22,7 @@ async function withPage(extra, options, file, work) {
     await page.goto(pathToFileURL(path.join(samples, file, "report.html")).href, { timeout: 120000 });
     await page.waitForFunction(() => window.talus !== undefined);
     const opened = Date.now() - start;
+    await page.evaluate(() => window.talus.ready);
     await work(page, opened);
     assert.deepEqual(errors, [], "console errors");
   } finally {
@@ -35,7 +36,7 @@ const only = process.env.TALUS_BROWSER_ONLY;
 const tests = {
   async "playback moves, picking works, keys work"() {
     await withPage(software, { colorScheme: "dark" }, "one", async (page, opened) => {
-      assert.ok(opened < 60000, `opened in ${opened} ms`);
+      assert.ok(opened < 20000, `opened in ${opened} ms`);   // without the 3D view, which comes after; on a crowded machine
       assert.equal(await page.evaluate(() => window.talus.webgl), true, "WebGL");
       assert.match(await page.textContent("#headline"), /B1 struck P2 at 5/);
       await page.waitForTimeout(600);

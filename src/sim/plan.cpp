@@ -1,0 +1,149 @@
+// What will be computed, what is left out and why; what it will need.
+#include <algorithm>
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "geometry/mesh.hpp"
+#include "sim/simulation.hpp"
+#include "sim/world.hpp"
+
+namespace talus::sim {
+namespace {
+
+/// Upper bound of the peak memory [MB], from peaks measured on six scenes (docs/results/robustness.md): the program, the raster and
+/// structure modules with their libraries, and what grows with blocks, triangles and elements. The factor of a structure's stiffness
+/// grows faster than its elements, up to the size beyond which multigrid takes its place.
+double memory_bound(const World& w) {
+  const coupling::Environment& env = w.system->environment();
+  double sum = 30 + 0.024 * static_cast<double>(w.system->model().blocks.size());
+  if (w.scene.site && !geometry::is_mesh_file(w.scene.site->terrain)) sum += 30;
+  if (env.terrain) sum += 1e-3 * static_cast<double>(env.terrain->surface().triangles.size());
+  if (!env.structures.empty()) sum += 155;
+  for (const coupling::StructurePart& p : env.structures) {
+    const auto n = static_cast<double>(p.structure->elements());
+    sum += n * (0.02 + 4e-7 * std::min(n, 50000.0));
+  }
+  return sum;
+}
+
+/// CPU time of the whole run [s], between two orders of magnitude that a run rarely leaves.
+struct TimeBound {
+  double least = 0, most = 0;
+  std::string text;
+};
+
+/// Measured costs of one core (docs/results/robustness.md): a moving block's step, and an element's explicit sub-step, contacts included [s].
+/// A few blocks cost more for each, since their impacts are located in time.
+constexpr int few = 12;
+constexpr double block_step = 1e-4, block_step_of_few = 5e-4, paper_block_step = 3e-5;
+constexpr double element_step = 4e-7, element_step_damage = 1.8e-6;
+
+std::string spoken(double seconds) {
+  if (seconds < 1) return "a second";
+  if (seconds < 100) return fmt::format("{:.0f} s", seconds);
+  if (seconds < 100 * 60) return fmt::format("{:.0f} min", seconds / 60);
+  return seconds < 100 * 3600 ? fmt::format("{:.0f} h", seconds / 3600) : fmt::format("{:.0f} days", seconds / 86400);
+}
+
+/// Steps per simulated second of a moving block by `accuracy`: some hundreds for a metre at 1e-3, fewer for larger ones, as their time scale sqrt(size/g) is longer.
+double block_steps_per_second(const World& w) {
+  if (w.scene.simulation.step) return 1 / *w.scene.simulation.step;
+  std::vector<double> sizes;
+  for (const dda::Model::Block& b : w.system->model().blocks)
+    if (!b.fixed) sizes.push_back(std::cbrt(b.volume));
+  if (sizes.empty()) return 0;
+  std::nth_element(sizes.begin(), sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2), sizes.end());
+  return 300 / std::sqrt(std::max(sizes[sizes.size() / 2], 1e-3));
+}
+
+TimeBound time_bound(const World& w) {
+  const double duration = std::max(w.scene.simulation.duration - w.time(), 0.0);
+  double moving = 0;
+  for (const dda::Model::Block& b : w.system->model().blocks) moving += b.fixed ? 0 : 1;
+  TimeBound bound;
+  if (w.paper) {   // every block takes every step
+    const double all = moving * duration / w.scene.simulation.step.value_or(1e-4) * paper_block_step;
+    return {all / 3, all * 10, ""};
+  }
+  const double blocks = moving * duration * block_steps_per_second(w) * (moving <= few ? block_step_of_few : block_step);
+  bound.least = 0.02 * blocks;   // most of it asleep or in flight
+  bound.most = 8 * blocks;
+  const auto& parts = w.system->environment().structures;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].fixed_surface && !parts[i].one_way) continue;
+    const StructureSpec& spec = w.scene.structures[i];
+    const double second = static_cast<double>(parts[i].structure->elements()) / parts[i].structure->critical_step() * (spec.damage == "none" ? element_step : element_step_damage);
+    bound.text += fmt::format("; each second that {} is touched{} takes about {}, quiet ones next to nothing", spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
+    bound.least += 0.003 * second * duration;
+    bound.most += 5 * second * duration;
+  }
+  return bound;
+}
+
+std::string time_line(const World& w) {
+  const TimeBound bound = time_bound(w);
+  if (bound.most < 1) return "CPU time: about a second or less.";
+  return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
+}
+
+}  // namespace
+
+std::vector<std::string> Simulation::plan() const {
+  const World& w = *world_;
+  const scene::Scene& s = w.scene;
+  std::vector<std::string> lines;
+  const dda::Model& model = w.system->model();
+  int fixed = 0, rigid = 0, strained = 0;
+  for (const dda::Model::Block& b : model.blocks) ++(b.fixed ? fixed : b.deformable ? strained : rigid);
+  if (w.paper) {
+    lines.push_back(fmt::format("Method dda-1988: the paper's scheme, 12 degrees of freedom for every block, step {:g} s.", s.simulation.step.value_or(1e-4)));
+    for (const std::string& line : w.paper->scheme.plan(model, s.laws)) lines.push_back(line);
+  } else if (s.simulation.step) {
+    lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, fixed step {:g} s.", *s.simulation.step));
+  } else {
+    lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, step chosen for an accuracy of {:g} of the block size.", s.simulation.accuracy.value_or(1e-3)));
+  }
+  if (!w.paper)
+    lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
+  const coupling::Environment& env = w.system->environment();
+  if (env.terrain) lines.push_back(fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", env.terrain->surface().triangles.size()));
+  else lines.push_back("Terrain: none; no raster library is loaded.");
+  if (!env.planes.empty()) lines.push_back(fmt::format("Planes: {}, fixed.", env.planes.size()));
+  if (env.structures.empty()) {
+    lines.push_back("Structures: none; the finite-element module is not loaded, no MPI start-up.");
+  } else {
+    for (std::size_t i = 0; i < env.structures.size(); ++i) {
+      const Structure& st = *env.structures[i].structure;
+      lines.push_back(fmt::format("Structure {}: {} elements, {} degrees of freedom{}.", s.structures[i].name, st.elements(), st.dofs(),
+                                  env.structures[i].one_way         ? "; blocks strike its undeformed skin as a fixed surface, their loads are put on it afterwards"
+                                  : env.structures[i].fixed_surface ? "; its skin is a fixed surface, it is not stepped"
+                                                                    : ""));
+      std::string text = st.plan();
+      std::size_t from = 0;
+      while (from < text.size()) {
+        std::size_t to = text.find('\n', from);
+        if (to == std::string::npos) to = text.size();
+        if (to > from) lines.push_back("  " + text.substr(from, to - from));
+        from = to + 1;
+      }
+    }
+  }
+  bool springs = false, restitution = false, cohesion = false;
+  for (const ContactLaw& l : s.laws.law) {
+    springs = springs || l.stiffness != ContactLaw::Stiffness::hard;
+    restitution = restitution || l.restitution.has_value();
+    cohesion = cohesion || l.cohesion > 0 || l.tension > 0;
+  }
+  lines.push_back(springs ? "Contact: springs where a stiffness is given or chosen, hard elsewhere." : "Contact: hard; no springs, no shear history is kept.");
+  if (!restitution) lines.push_back("Restitution: not given; impacts on hard contacts are inelastic.");
+  if (!cohesion) lines.push_back("Cohesion and tension: none.");
+  if (!w.paper) lines.push_back(s.simulation.sleeping ? "Resting islands sleep on a static certificate and cost nothing; islands in flight take closed-form steps." : "Sleeping is off.");
+  lines.push_back(fmt::format("Memory: at most about {:.0f} MB.", memory_bound(w)));
+  lines.push_back(time_line(w));
+  for (const std::string& n : w.notes) lines.push_back(n);
+  for (const std::string& n : s.notes) lines.push_back(n);
+  return lines;
+}
+
+}  // namespace talus::sim
