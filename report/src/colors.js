@@ -1,7 +1,7 @@
 // Colour maps as short tables, interpolated. Those of structures start at the tone of concrete and darken, so that what is not loaded looks as it
 // is, and grey printing keeps the order.
 const maps = {
-  damage: ["#c9c4ba", "#e6c86e", "#ef9a3c", "#d9482b", "#8a1226", "#3d0614"],
+  damage: ["#c9c4ba", "#e6c86e", "#ef9a3c", "#d9482b", "#a8182a", "#640e28"],
   displacement: ["#c9c4ba", "#a9d45f", "#4ac16d", "#1fa187", "#277f8e", "#365c8d", "#46327e", "#2c0a45"],
   load: ["#c9c4ba", "#f7b98a", "#f4695c", "#c83e73", "#8c2981", "#51127c", "#1b1044"],
   speed: ["#2c5fa8", "#2f9db0", "#63bf7c", "#e8cf4a", "#ef8a3c", "#d23a2f"],

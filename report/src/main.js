@@ -62,13 +62,18 @@ if (summary.structures && summary.structures.length) {
     card("Base shear, added", top("peak_base_shear").peak_base_shear, "N", `at ${number(top("peak_base_shear").peak_base_shear_time, 4)} s`);
     card("Base moment, added", top("peak_base_moment").peak_base_moment, "N m", `at ${number(top("peak_base_moment").peak_base_moment_time, 4)} s`);
   }
-  const probes = summary.structures.flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name })));
-  if (probes.length) {
-    const p = probes.reduce((a, b) => (b.peak_displacement > a.peak_displacement ? b : a));
-    card("Largest displacement", p.peak_displacement, "m", `${p.of} ${p.name}, ${text(norm(p.final_displacement), "m")} at the end`);
+  // A probe stays behind with what came off; the drift of a member does not.
+  const moves = summary.structures.flatMap((s) => [
+    ...s.probes.map((p) => ({ name: `${s.name} ${p.name}`, peak: p.peak_displacement, note: `${text(norm(p.final_displacement), "m")} at the end` })),
+    ...(s.members || []).map((m) => ({ name: `${m.name}, top against base`, peak: m.peak_drift, note: "" }))]);
+  if (moves.length) {
+    const p = moves.reduce((a, b) => (b.peak > a.peak ? b : a));
+    card("Largest displacement", p.peak, "m", [p.name, p.note].filter(Boolean).join(", "));
   }
   const d = top("damage_max");
   if (d.damage_max > 0) card("Greatest damage", d.damage_max, "1", `${text(d.damaged_volume, "m^3")} above one half`, d.damage_max > 0.5 ? "hit" : "");
+  const lost = summary.structures.reduce((a, s) => a + s.spalled_volume, 0);
+  if (lost > 0) card("Lost concrete", lost, "m^3", "eroded or come off", "hit");
 } else if (blocks.length) {
   const moving = blocks.filter((b) => b.end && !b.fixed), most = (key) => moving.reduce((a, b) => (b[key] > a[key] ? b : a), moving[0]);
   if (moving.length) {
@@ -310,14 +315,12 @@ function profile() {
   const sum = order.reduce((a, b) => a.map((v, k) => v + (k < 2 ? blocks[b].start[k] : blocks[b].end[k - 2]) / order.length), [0, 0, 0, 0]);
   const dx = sum[2] - sum[0], dy = sum[3] - sum[1], n = Math.hypot(dx, dy) || 1, ox = sum[0] - data.origin[0], oy = sum[1] - data.origin[1];
   for (const b of order) {
-    const points = [];
-    for (let k = 0; k < nf; k += stride) {
-      const i = 3 * (k * nb + b), a = frames.position[i] - ox, c = frames.position[i + 1] - oy;
-      if (a === a) points.push([(a * dx + c * dy) / n, (-a * dy + c * dx) / n]);
-    }
-    points.sort((p, q) => p[0] - q[0]);
+    // As far as it gets along the line: what turns back would be drawn over itself.
     const x = [], y = [];
-    for (const [a, c] of points) if (!x.length || a > x[x.length - 1]) { x.push(a); y.push(c); }
+    for (let k = 0; k < nf; k += stride) {
+      const i = 3 * (k * nb + b), a = frames.position[i] - ox, c = frames.position[i + 1] - oy, along = (a * dx + c * dy) / n;
+      if (a === a && !(x.length && along <= x[x.length - 1])) { x.push(along); y.push((-a * dy + c * dx) / n); }
+    }
     dev.push([x, y]);
   }
   const join = (list) => {
@@ -396,6 +399,7 @@ function start3d() {
     setTime(time);
   } catch (error) {
     $("view").hidden = $("presets").hidden = $("legend").hidden = true;
+    $("stage").classList.add("without");
     note.hidden = false;
     note.textContent = "This browser offers no WebGL, so there is no 3D view. The map below moves with the time slider; all plots and tables are here.";
     console.warn(`3D view unavailable: ${error.message}`);

@@ -134,12 +134,13 @@ void impacts(ReportData& d) {
       f.back() += Vec3(force.values[3 * k], force.values[3 * k + 1], force.values[3 * k + 2]);
     }
     if (t.empty()) continue;
-    // Equal steps over the contact and a margin; steps without a row carried no force.
+    // Equal steps over the contact and a margin, as far as the run went; steps without a row carried no force.
     std::vector<double> sorted = step;
     std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
     const double margin = std::max(0.25 * (end - start), 0.005);
-    const double h = std::max(sorted[sorted.size() / 2], (end - start + 2 * margin) / 40000);
-    const auto n = static_cast<std::size_t>(std::ceil((end - start + 2 * margin) / h));
+    const double length = std::max(std::min(end + margin, d.time.empty() ? end : d.time.back()), end) - (start - margin);
+    const double h = std::max(sorted[sorted.size() / 2], length / 40000);
+    const auto n = static_cast<std::size_t>(std::ceil(length / h));
     std::vector<double> x(n), raw(n, 0.0);
     for (std::size_t k = 0; k < n; ++k) x[k] = start - margin + (static_cast<double>(k) + 0.5) * h;
     for (std::size_t k = 0; k < t.size(); ++k) {

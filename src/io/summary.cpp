@@ -203,7 +203,8 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   } else {
     lines.push_back(fmt::format("{} was not hit.", info.name));
   }
-  if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half.", s.damage, s.damaged_volume));
+  if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half{}.", s.damage, s.damaged_volume,
+                                                s.spalled_volume > 0 ? fmt::format(", {:.3g} m^3 eroded or come off", s.spalled_volume) : std::string()));
 }
 
 /// Where the blocks went, where there is nothing to strike.
