@@ -2,6 +2,9 @@
 #include <benchmark/benchmark.h>
 
 #include "fem/damage_field.hpp"
+#include "fem/material_cdpm2.hpp"
+#include "fem/material_damage.hpp"
+#include "fem/material_mc2010.hpp"
 #include "fem/structure_fem.hpp"
 
 using namespace talus;
@@ -69,12 +72,38 @@ void step(benchmark::State& state) {
                                                         benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
+material::DamageCell& at(material::DamageCell& cell) { return cell; }
+material::Cdpm2::State* at(std::array<material::Cdpm2::State, 8>& points) { return points.data(); }
+
+/// A concrete law in the eight points of a cell, all of them growing damage.
+template <class Law, class History>
+void law(benchmark::State& state) {
+  typename Law::Parameters p;
+  p.concrete = material::mc2010(38e6);
+  const Law concrete(p);
+  const material::CellFrame frame = material::CellFrame::cube(0.1);
+  History history{};
+  alignas(64) double shape[6][8], strain[6][8], stress[6][8], energy[8], lost[8];
+  for (int q = 0; q < 8; ++q)
+    for (int k = 0; k < 6; ++k) shape[k][q] = std::sin(1.0 + 3 * q + 5 * k);
+  double size = 0;
+  for (auto _ : state) {
+    size = size < 2e-3 ? size + 1e-6 : 0;
+    for (int k = 0; k < 6; ++k)
+      for (int q = 0; q < 8; ++q) strain[k][q] = size * shape[k][q];
+    concrete.stress8(&strain[0][0], nullptr, frame, at(history), at(history), &stress[0][0], energy, lost);
+    benchmark::DoNotOptimize(stress);
+  }
+}
+
 }  // namespace
 
 BENCHMARK_CAPTURE(elastic, brick, CellShape::brick, false)->Arg(8)->Arg(24);
 BENCHMARK_CAPTURE(elastic, affine, CellShape::affine, false)->Arg(8)->Arg(24);
 BENCHMARK_CAPTURE(elastic, general, CellShape::general, false)->Arg(8)->Arg(24);
 BENCHMARK_CAPTURE(elastic, brick_lagrangian, CellShape::brick, true)->Arg(8);
+BENCHMARK(law<material::ConcreteDamage, material::DamageCell>)->Name("law/damage");
+BENCHMARK(law<material::Cdpm2, std::array<material::Cdpm2::State, 8>>)->Name("law/cdpm2");
 BENCHMARK(step)->Arg(8)->Arg(24);
 
 BENCHMARK_MAIN();

@@ -7,22 +7,12 @@
 #include <map>
 #include <numeric>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 
 namespace talus {
 namespace {
 
 using Triangle = std::array<int, 3>;
-
-[[noreturn]] void bad(const std::string& key, const std::string& value, const std::string& rule,
-                      const std::string& remedy) {
-  Problem p;
-  p.key = key;
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  throw InputError(std::move(p));
-}
 
 /// Half-edges of a triangulation, opposite pairs found by sorting. Half-edge 3 t + k runs from corner k to k + 1.
 struct HalfEdges {
@@ -52,14 +42,14 @@ HalfEdges pair_half_edges(const std::vector<Triangle>& triangles) {
     while (j < list.size() && list[j].lo == list[i].lo && list[j].hi == list[i].hi) ++j;
     const std::string key = fmt::format("mesh edge {}-{}", list[i].lo, list[i].hi);
     if (j - i == 1)
-      bad(key, "1 triangle", "every edge must be shared by exactly two triangles (the surface is open here)",
+      reject(key, "1 triangle", "every edge must be shared by exactly two triangles (the surface is open here)",
           "close the surface");
     if (j - i > 2)
-      bad(key, fmt::format("{} triangles", j - i),
+      reject(key, fmt::format("{} triangles", j - i),
           "every edge must be shared by exactly two triangles (the surface touches itself here)",
           "separate the parts or merge duplicate triangles");
     if (list[i].forward == list[i + 1].forward)
-      bad(key, "run through twice in the same direction",
+      reject(key, "run through twice in the same direction",
           "neighbouring triangles must be oriented alike (counter-clockwise seen from outside)",
           "flip one of the triangles at this edge");
     he.twin[list[i].h] = list[i + 1].h;
@@ -139,15 +129,15 @@ class Builder {
  private:
   static void check_triangles(int given, const std::vector<Triangle>& input) {
     if (input.size() < 4)
-      bad("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",
+      reject("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",
           "give a closed surface");
     for (int t = 0; t < static_cast<int>(input.size()); ++t) {
       for (const int v : input[t])
         if (v < 0 || v >= given)
-          bad(fmt::format("mesh triangle {}", t), fmt::format("vertex {}", v),
+          reject(fmt::format("mesh triangle {}", t), fmt::format("vertex {}", v),
               fmt::format("vertex numbers must lie in 0..{}", given - 1), "correct the triangle");
       if (input[t][0] == input[t][1] || input[t][1] == input[t][2] || input[t][2] == input[t][0])
-        bad(fmt::format("mesh triangle {}", t), fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
+        reject(fmt::format("mesh triangle {}", t), fmt::format("{} {} {}", input[t][0], input[t][1], input[t][2]),
             "a triangle must have three different vertices", "remove the triangle");
     }
   }
@@ -161,7 +151,7 @@ class Builder {
     for (int v = 0; v < static_cast<int>(vertices.size()); ++v)
       if (renumber[v] == 0) {
         if (!vertices[v].allFinite())
-          bad(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite", "correct the vertex");
+          reject(fmt::format("mesh vertex {}", v), "not finite", "coordinates must be finite", "correct the vertex");
         renumber[v] = used++;
         X.push_back(vertices[v]);
       }
@@ -185,7 +175,7 @@ class Builder {
       volume += area_[t].dot(X[T[t][0]] - middle) / 6;
     }
     if (volume < 0)
-      bad("mesh", fmt::format("volume {:.3g} m^3", volume), "triangles must be counter-clockwise seen from outside",
+      reject("mesh", fmt::format("volume {:.3g} m^3", volume), "triangles must be counter-clockwise seen from outside",
           "reverse every triangle");
   }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/reject.hpp"
 #include "core/suggest.hpp"
 
 namespace talus::formulas {
@@ -12,15 +13,6 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846, g = 9.81;
 constexpr const char* unverified = "as commonly cited, unverified";
-
-Problem problem(const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = key;
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  return p;
-}
 
 /// A number with the prefix that leaves one to three digits before the point.
 std::string readable(double value, const std::string& unit) {
@@ -91,7 +83,7 @@ InputValue& Inputs::find(const std::string& name) {
   const std::string near = nearest_name(name, known);
   std::string list;
   for (const auto& k : known) list += (list.empty() ? "" : ", ") + k;
-  throw InputError(problem(name, "", "the formulas have no such input", near.empty() ? "use one of " + list : "did you mean " + near + "?"));
+  throw InputError(problem_of(name, "", "the formulas have no such input", near.empty() ? "use one of " + list : "did you mean " + near + "?"));
 }
 
 double Inputs::get(const std::string& name) const { return const_cast<Inputs*>(this)->find(name).value; }
@@ -99,7 +91,7 @@ double Inputs::get(const std::string& name) const { return const_cast<Inputs*>(t
 void Inputs::check(const InputValue& v) const {
   if (v.value >= v.low && v.value <= v.high) return;
   const std::string unit = unit_of(v);
-  throw InputError(problem(v.name, readable(v.value, unit), fmt::format("must be between {} and {}", readable(v.low, unit), readable(v.high, unit)), "check the value and its unit"));
+  throw InputError(problem_of(v.name, readable(v.value, unit), fmt::format("must be between {} and {}", readable(v.low, unit), readable(v.high, unit)), "check the value and its unit"));
 }
 
 void Inputs::set(const std::string& name, double value) {
@@ -126,10 +118,10 @@ void Inputs::set(const std::string& name, const std::string& value) {
   const InputValue& v = find(name);
   std::string error;
   const auto q = parse_quantity(value, error);
-  if (!q) throw InputError(problem(name, value, error, "expected " + describe(v.dimension)));
+  if (!q) throw InputError(problem_of(name, value, error, "expected " + describe(v.dimension)));
   // A bare number is SI, but an angle needs its unit: 35 would be read as radians.
   if (q->dimension != v.dimension && !(q->dimension.none() && v.dimension != dimension::angle))
-    throw InputError(problem(name, value, "has the wrong unit", "expected " + describe(v.dimension)));
+    throw InputError(problem_of(name, value, "has the wrong unit", "expected " + describe(v.dimension)));
   set(name, q->value);
 }
 

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "fem/viaduct.hpp"
 
 namespace talus::fem {
@@ -22,14 +22,8 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
   };
   const std::vector<rebar::Member> caps = spec.kind == "viaduct" ? cap_members(spec) : std::vector<rebar::Member>{};
   for (const auto& rule : spec.rebar_rules) {
-    if (members.empty()) {
-      Problem p;
-      p.key = key;
-      p.value = rule.kind;
-      p.rule = "bars by rule need a box, a column or a viaduct";
-      p.remedy = "give the bars of a mesh as polylines: rebar = \"bars.csv\"";
-      throw InputError(p);
-    }
+    if (members.empty())
+      reject(key, rule.kind, "bars by rule need a box, a column or a viaduct", "give the bars of a mesh as polylines: rebar = \"bars.csv\"");
     material::Steel::Parameters steel;
     steel.yield = rule.yield;
     steel.ultimate = 1.08 * rule.yield;
@@ -45,14 +39,7 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
       std::vector<rebar::Bar> made;
       if (rule.kind == "longitudinal") made = rebar::longitudinal_bars(member, {rule.bars, rule.diameter, rule.cover, stirrup_diameter(rule.part), steel}, key);
       else if (rule.kind == "stirrups") made = rebar::stirrups(member, {rule.diameter, rule.cover, rule.spacing, steel}, key);
-      else {
-        Problem p;
-        p.key = key;
-        p.value = rule.kind;
-        p.rule = "one of longitudinal, stirrups";
-        p.remedy = "choose one";
-        throw InputError(p);
-      }
+      else reject(key, rule.kind, "one of longitudinal, stirrups", "choose one");
       all.insert(all.end(), made.begin(), made.end());
     }
   }

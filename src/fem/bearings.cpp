@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "fem/rebar_embed.hpp"
 
 namespace talus::fem {
@@ -70,13 +70,7 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
       }
       if (site.cap_cell >= 0) found.push_back(site);
     }
-    if (found.empty()) {
-      Problem p;
-      p.key = "structure." + spec.name + ".bearing";
-      p.rule = "a bearing finds no node of the deck or no cap beam below it";
-      p.remedy = "a smaller cell_size, or a wider cap beam";
-      throw InputError(p);
-    }
+    if (found.empty()) reject("structure." + spec.name + ".bearing", "", "a bearing finds no node of the deck or no cap beam below it", "a smaller cell_size, or a wider cap beam");
     material::Bearing::Parameters p;
     const double share = 1.0 / static_cast<double>(found.size());
     p.shear_stiffness = plan.bearing_stiffness * share;

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "fem/material_eigen.hpp"
 
 namespace talus::material {
@@ -34,36 +34,27 @@ double solve_damage(double young, double f, double k, double k1, double k2, doub
 
 Cdpm2::Cdpm2(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
-  std::vector<Problem> problems;
-  const auto require = [&](bool good, const char* key, double value, const char* rule, const char* remedy) {
-    if (good) return;
-    Problem problem;
-    problem.key = key;
-    problem.value = fmt::format("{:g}", value);
-    problem.rule = rule;
-    problem.remedy = remedy;
-    problems.push_back(problem);
-  };
-  require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
-  require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
-  require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
-  require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening", p.initial_hardening, "must be in (0, 1)", "0.3");
-  require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)", "0.01");
-  require(p.a_h > p.b_h && p.b_h > p.d_h && p.d_h > 0 && p.c_h > 0, "material.a_h", p.a_h, "needs a_h > b_h > d_h > 0 and c_h > 0", "0.08, 0.003, 2, 1e-6");
-  require(p.dilation > 0.5 && p.dilation < 1.5, "material.dilation", p.dilation, "must be in (0.5, 1.5)", "0.85");
-  require(p.a_s >= 1, "material.a_s", p.a_s, "must be at least 1", "15");
-  require(p.eps_fc > 0 && p.eps_fc < 0.1, "material.eps_fc", p.eps_fc, "must be in (0, 0.1)", "1e-4");
-  require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5");
-  require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
+  Requirements needs;
+  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
+  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
+  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
+  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
+  needs.require(p.initial_hardening > 0 && p.initial_hardening < 1, "material.initial_hardening", p.initial_hardening, "must be in (0, 1)", "0.3");
+  needs.require(p.hardening >= 0 && p.hardening < 1, "material.hardening", p.hardening, "must be in [0, 1)", "0.01");
+  needs.require(p.a_h > p.b_h && p.b_h > p.d_h && p.d_h > 0 && p.c_h > 0, "material.a_h", p.a_h, "needs a_h > b_h > d_h > 0 and c_h > 0", "0.08, 0.003, 2, 1e-6");
+  needs.require(p.dilation > 0.5 && p.dilation < 1.5, "material.dilation", p.dilation, "must be in (0.5, 1.5)", "0.85");
+  needs.require(p.a_s >= 1, "material.a_s", p.a_s, "must be at least 1", "15");
+  needs.require(p.eps_fc > 0 && p.eps_fc < 0.1, "material.eps_fc", p.eps_fc, "must be in (0, 0.1)", "1e-4");
+  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5");
+  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
   e_ = p.eccentricity;
   if (e_ == 0 && c.f_cm > 0 && c.f_t > 0) {
     const double b = c.biaxial_ratio * c.f_cm;
     const double epsilon = c.f_t / b * (b * b - c.f_cm * c.f_cm) / (c.f_cm * c.f_cm - c.f_t * c.f_t);
     e_ = (1 + epsilon) / (2 - epsilon);
   }
-  require(e_ >= 0.5 && e_ <= 1, "material.eccentricity", e_, "must be in [0.5, 1]", "leave it out: it follows from the biaxial strength");
-  if (!problems.empty()) throw InputError(problems);
+  needs.require(e_ >= 0.5 && e_ <= 1, "material.eccentricity", e_, "must be in [0.5, 1]", "leave it out: it follows from the biaxial strength");
+  needs.done();
 
   m0_ = 3 * (c.f_cm * c.f_cm - c.f_t * c.f_t) / (c.f_cm * c.f_t) * e_ / (e_ + 1);
   const double ratio = c.f_t / c.f_cm, d_f = p.dilation;

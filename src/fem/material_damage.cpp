@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "fem/material_eigen.hpp"
 
 namespace talus::material {
@@ -74,27 +74,18 @@ double crack_width(double l, const Sym& strain, const Sym& stress, double young,
 
 ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
-  std::vector<Problem> problems;
-  const auto require = [&](bool good, const char* key, double value, const char* rule, const char* remedy) {
-    if (good) return;
-    Problem problem;
-    problem.key = key;
-    problem.value = fmt::format("{:g}", value);
-    problem.rule = rule;
-    problem.remedy = remedy;
-    problems.push_back(problem);
-  };
-  require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
-  require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
-  require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
-  require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
-  require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive", "derive it from f_cm");
-  require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E", "derive it from f_cm");
-  require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1", "1.16 after Kupfer");
-  require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit, "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
-  require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5 keeps G_F");
-  require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
-  if (!problems.empty()) throw InputError(problems);
+  Requirements needs;
+  needs.require(c.young > 0, "material.young", c.young, "must be positive", "derive it from f_cm");
+  needs.require(c.poisson >= 0 && c.poisson < 0.5, "material.poisson", c.poisson, "must be in [0, 0.5)", "concrete has about 0.2");
+  needs.require(c.f_t > 0 && c.f_t < c.f_cm, "material.tensile_strength", c.f_t, "must be positive and below f_cm", "derive it from f_cm");
+  needs.require(c.fracture_energy > 0, "material.fracture_energy", c.fracture_energy, "must be positive", "derive it from f_cm");
+  needs.require(c.crushing_energy > 0, "material.crushing_energy", c.crushing_energy, "must be positive", "derive it from f_cm");
+  needs.require(c.young * c.eps_c1 > c.f_cm, "material.eps_c1", c.eps_c1, "must be above f_cm / E", "derive it from f_cm");
+  needs.require(c.biaxial_ratio > 1, "material.biaxial_ratio", c.biaxial_ratio, "must be above 1", "1.16 after Kupfer");
+  needs.require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit, "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
+  needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5 keeps G_F");
+  needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
+  needs.done();
 
   young_ = c.young;
   poisson_ = c.poisson;

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "fem/material_types.hpp"
 
 namespace talus::material {
@@ -18,22 +18,10 @@ class Elastic {
   struct State {};
 
   explicit Elastic(const Parameters& p) : p_(p) {
-    if (!(p.young > 0) || !std::isfinite(p.young)) {
-      Problem problem;
-      problem.key = "material.young";
-      problem.value = fmt::format("{:g} Pa", p.young);
-      problem.rule = "must be positive";
-      problem.remedy = "concrete has about 30 GPa";
-      throw InputError(problem);
-    }
-    if (!(p.poisson > -1 && p.poisson < 0.5)) {
-      Problem problem;
-      problem.key = "material.poisson";
-      problem.value = fmt::format("{:g}", p.poisson);
-      problem.rule = "must be above -1 and below 0.5";
-      problem.remedy = "concrete has about 0.2, rock 0.25";
-      throw InputError(problem);
-    }
+    if (!(p.young > 0) || !std::isfinite(p.young))
+      reject("material.young", fmt::format("{:g} Pa", p.young), "must be positive", "concrete has about 30 GPa");
+    if (!(p.poisson > -1 && p.poisson < 0.5))
+      reject("material.poisson", fmt::format("{:g}", p.poisson), "must be above -1 and below 0.5", "concrete has about 0.2, rock 0.25");
     lambda_ = p.young * p.poisson / ((1 + p.poisson) * (1 - 2 * p.poisson));
     mu_ = p.young / (2 * (1 + p.poisson));
   }

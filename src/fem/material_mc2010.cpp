@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 
 namespace talus::material {
 namespace {
@@ -27,26 +27,17 @@ double table_eps_c1(double f_cm_mpa) {
   return rows.back().eps * 1e-3;
 }
 
-Problem problem(const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = key;
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  return p;
-}
-
 }  // namespace
 
 Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   std::vector<Problem> problems;
   if (!(input.f_cm >= 20 * mpa && input.f_cm <= 130 * mpa))
-    problems.push_back(problem(key + ".f_cm", fmt::format("{:.4g} MPa", input.f_cm / mpa),
+    problems.push_back(problem_of(key + ".f_cm", fmt::format("{:.4g} MPa", input.f_cm / mpa),
                                "the concrete model holds for a mean strength of 20 to 130 MPa",
                                "give f_cm in that range, with its unit (\"38 MPa\"); for C30 it is 38 MPa"));
   const auto not_negative = [&](double value, const char* name) {
     if (!(value >= 0) || !std::isfinite(value))
-      problems.push_back(problem(key + "." + name, fmt::format("{:g}", value), "must be a finite positive number", "correct it, or leave it out to have it derived from f_cm"));
+      problems.push_back(problem_of(key + "." + name, fmt::format("{:g}", value), "must be a finite positive number", "correct it, or leave it out to have it derived from f_cm"));
   };
   not_negative(input.young, "young");
   not_negative(input.density, "density");
@@ -55,9 +46,9 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   not_negative(input.eps_c1, "eps_c1");
   not_negative(input.crushing_energy, "crushing_energy");
   if (!(input.poisson >= 0 && input.poisson < 0.5))
-    problems.push_back(problem(key + ".poisson", fmt::format("{:g}", input.poisson), "must be in [0, 0.5)", "concrete has about 0.2"));
+    problems.push_back(problem_of(key + ".poisson", fmt::format("{:g}", input.poisson), "must be in [0, 0.5)", "concrete has about 0.2"));
   if (input.biaxial_ratio != 0 && !(input.biaxial_ratio > 1.0 && input.biaxial_ratio <= 1.5))
-    problems.push_back(problem(key + ".biaxial_ratio", fmt::format("{:g}", input.biaxial_ratio), "must be in (1, 1.5]", "1.16 after Kupfer"));
+    problems.push_back(problem_of(key + ".biaxial_ratio", fmt::format("{:g}", input.biaxial_ratio), "must be in (1, 1.5]", "1.16 after Kupfer"));
   if (!problems.empty()) throw InputError(problems);
 
   Concrete c;
@@ -80,9 +71,9 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   take(c.biaxial_ratio, input.biaxial_ratio, 1.16, 1, "f_bc/f_c", "", "Kupfer");
 
   if (c.f_t >= c.f_cm)
-    problems.push_back(problem(key + ".tensile_strength", fmt::format("{:.4g} MPa", c.f_t / mpa), "must be below the compressive strength", "about a tenth of f_cm, or leave it out"));
+    problems.push_back(problem_of(key + ".tensile_strength", fmt::format("{:.4g} MPa", c.f_t / mpa), "must be below the compressive strength", "about a tenth of f_cm, or leave it out"));
   if (c.young * c.eps_c1 <= 1.02 * c.f_cm)
-    problems.push_back(problem(key + ".young", fmt::format("{:.4g} GPa", c.young / 1e9),
+    problems.push_back(problem_of(key + ".young", fmt::format("{:.4g} GPa", c.young / 1e9),
                                fmt::format("must be above f_cm/eps_c1 = {:.4g} GPa, the secant modulus at the peak", c.f_cm / c.eps_c1 / 1e9), "raise young or eps_c1, or leave both out"));
   if (!problems.empty()) throw InputError(problems);
   return c;
@@ -102,7 +93,7 @@ double snapback_limit(double young, double f_t, double fracture_energy) { return
 
 void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key) {
   if (largest_size < limit) return;
-  throw InputError(problem(key, fmt::format("{:.4g} m", largest_size),
+  throw InputError(problem_of(key, fmt::format("{:.4g} m", largest_size),
                            fmt::format("concrete cells must be smaller than {} = {:.4g} m, or the crack would snap back and release more than G_F", formula, limit),
                            fmt::format("use cells of {:.3g} m or less (recommended {:.2g} m)", 0.95 * limit, 0.5 * limit)));
 }

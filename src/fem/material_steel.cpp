@@ -8,36 +8,13 @@
 #include <map>
 #include <vector>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 
 namespace talus::material {
-namespace {
-
-class Checks {
- public:
-  void require(bool good, const char* key, double value, const char* rule, const char* remedy) {
-    if (good) return;
-    Problem p;
-    p.key = key;
-    p.value = fmt::format("{:g}", value);
-    p.rule = rule;
-    p.remedy = remedy;
-    problems_.push_back(p);
-  }
-  void done() const {
-    if (!problems_.empty()) throw InputError(problems_);
-  }
-
- private:
-  std::vector<Problem> problems_;
-};
-
-}  // namespace
-
 double steel_yield_at_rate(double yield, double rate) { return yield + 6e6 * std::log(std::max(1.0, std::abs(rate) / 5e-5)); }
 
 Steel::Steel(const Parameters& p) : p_(p) {
-  Checks c;
+  Requirements c;
   c.require(p.young > 0 && std::isfinite(p.young), "steel.young", p.young, "must be positive", "200 GPa");
   c.require(p.yield > 0 && p.yield < p.young * 0.02, "steel.yield", p.yield, "must be positive and below 2 % of E", "500 MPa for B500");
   c.require(p.ultimate >= p.yield, "steel.ultimate", p.ultimate, "must be at least the yield stress", "1.08 f_y for B500B");
@@ -123,7 +100,7 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
 }
 
 BondSlip::BondSlip(const Parameters& p) : p_(p) {
-  Checks c;
+  Requirements c;
   c.require(p.f_cm >= 8e6 && p.f_cm <= 130e6, "bond.f_cm", p.f_cm, "must be between 8 and 130 MPa", "give it in Pa or with its unit");
   s1_ = p.good_conditions ? 1.0e-3 : 1.8e-3;
   s2_ = p.good_conditions ? 2.0e-3 : 3.6e-3;
@@ -167,7 +144,7 @@ BondSlip::Result BondSlip::operator()(double slip, const State& before, State& n
 }
 
 Bearing::Bearing(const Parameters& p) : p_(p) {
-  Checks c;
+  Requirements c;
   c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive", "1e9 N/m");
   c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive", "1e7 N/m");
   c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction, "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "fem/spec_error.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/lattice.hpp"
 #include "fem/services.hpp"
@@ -12,15 +12,6 @@
 
 namespace talus::fem {
 namespace {
-
-[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = fmt::format("structure.{}.{}", spec.name, key);
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  throw InputError(p);
-}
 
 /// Planes along an axis between `fixed` ones: as many cells as given, or by the cell size and the zones of finer cells.
 std::vector<double> planes(const StructureSpec& spec, int axis, const std::vector<double>& fixed) {

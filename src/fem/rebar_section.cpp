@@ -5,35 +5,17 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 
 namespace talus::rebar {
 namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-class Checks {
- public:
-  void require(bool good, const char* key, double value, const char* rule, const char* remedy) {
-    if (good) return;
-    Problem p;
-    p.key = key;
-    p.value = fmt::format("{:g}", value);
-    p.rule = rule;
-    p.remedy = remedy;
-    problems_.push_back(p);
-  }
-  void strengths(const Strengths& s) {
-    require(s.f_ck >= 8e6 && s.f_ck <= 130e6, "section.f_ck", s.f_ck, "must be between 8 and 130 MPa", "give it in Pa");
-    require(s.gamma_c >= 1 && s.gamma_s >= 1, "section.gamma", std::min(s.gamma_c, s.gamma_s), "partial factors must be at least 1", "1.5 and 1.15, or 1.2 and 1.0 for accidental actions");
-  }
-  void done() const {
-    if (!problems_.empty()) throw InputError(problems_);
-  }
-
- private:
-  std::vector<Problem> problems_;
-};
+void require_strengths(Requirements& needs, const Strengths& s) {
+  needs.require(s.f_ck >= 8e6 && s.f_ck <= 130e6, "section.f_ck", s.f_ck, "must be between 8 and 130 MPa", "give it in Pa");
+  needs.require(s.gamma_c >= 1 && s.gamma_s >= 1, "section.gamma", std::min(s.gamma_c, s.gamma_s), "partial factors must be at least 1", "1.5 and 1.15, or 1.2 and 1.0 for accidental actions");
+}
 
 /// Resistance of a section without stirrups per area, before the normal stress [Pa].
 double concrete_shear(double d, double ratio, const Strengths& s) {
@@ -53,12 +35,12 @@ double concrete_stress(double eps, double f_cd) {  // compression positive
 }  // namespace
 
 ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
-  Checks c;
-  c.strengths(s);
-  c.require(in.width > 0, "section.width", in.width, "must be positive", "the least width of the web");
-  c.require(in.effective_depth > 0, "section.effective_depth", in.effective_depth, "must be positive", "depth less cover less half a bar");
-  c.require(in.tension_area >= 0 && in.stirrup_area_per_length >= 0, "section.steel", std::min(in.tension_area, in.stirrup_area_per_length), "areas must not be negative", "0 for none");
-  c.done();
+  Requirements needs;
+  require_strengths(needs, s);
+  needs.require(in.width > 0, "section.width", in.width, "must be positive", "the least width of the web");
+  needs.require(in.effective_depth > 0, "section.effective_depth", in.effective_depth, "must be positive", "depth less cover less half a bar");
+  needs.require(in.tension_area >= 0 && in.stirrup_area_per_length >= 0, "section.steel", std::min(in.tension_area, in.stirrup_area_per_length), "areas must not be negative", "0 for none");
+  needs.done();
   const double b = in.width, d = in.effective_depth, f_ck = s.f_ck / 1e6, f_cd = s.f_cd();
   const double normal = in.gross_area > 0 ? std::min(in.axial / in.gross_area, 0.2 * f_cd) : 0;
   ShearResistance r;
@@ -77,12 +59,12 @@ ShearResistance shear_resistance(const ShearInput& in, const Strengths& s) {
 }
 
 PunchingResistance punching_resistance(const PunchingInput& in, const Strengths& s) {
-  Checks c;
-  c.strengths(s);
-  c.require(in.effective_depth > 0, "punching.effective_depth", in.effective_depth, "must be positive", "mean of both directions");
-  c.require(in.load_diameter > 0, "punching.load_diameter", in.load_diameter, "must be positive", "diameter of the touched area");
-  c.require(in.ratio >= 0, "punching.ratio", in.ratio, "must not be negative", "0.005");
-  c.done();
+  Requirements needs;
+  require_strengths(needs, s);
+  needs.require(in.effective_depth > 0, "punching.effective_depth", in.effective_depth, "must be positive", "mean of both directions");
+  needs.require(in.load_diameter > 0, "punching.load_diameter", in.load_diameter, "must be positive", "diameter of the touched area");
+  needs.require(in.ratio >= 0, "punching.ratio", in.ratio, "must not be negative", "0.005");
+  needs.done();
   const double d = in.effective_depth, f_ck = s.f_ck / 1e6;
   PunchingResistance r;
   r.perimeter = std::max(0.0, concrete_shear(d, in.ratio, s) + 0.1 * in.compression) * pi * (in.load_diameter + 4 * d) * d;
@@ -94,17 +76,17 @@ PunchingResistance punching_resistance(const PunchingInput& in, const Strengths&
 Section::Section(Member::Section kind, double width, double depth, double wall, std::vector<SectionBar> bars, const Strengths& s) : bars_(std::move(bars)), strengths_(s) {
   const bool round = kind == Member::Section::round;
   if (round) depth = width;
-  Checks c;
-  c.strengths(s);
-  c.require(width > 0, "section.width", width, "must be positive", "give the section");
-  c.require(depth > 0, "section.depth", depth, "must be positive", "give the section");
-  c.require(wall >= 0 && 2 * wall < std::min(width, depth), "section.wall_thickness", wall, "must be below half the section, 0 for solid", "0.3 m");
+  Requirements needs;
+  require_strengths(needs, s);
+  needs.require(width > 0, "section.width", width, "must be positive", "give the section");
+  needs.require(depth > 0, "section.depth", depth, "must be positive", "give the section");
+  needs.require(wall >= 0 && 2 * wall < std::min(width, depth), "section.wall_thickness", wall, "must be below half the section, 0 for solid", "0.3 m");
   for (const SectionBar& b : bars_) {
     const bool inside = round ? std::hypot(b.x, b.y) <= 0.5 * width : std::abs(b.x) <= 0.5 * width && std::abs(b.y) <= 0.5 * depth;
-    c.require(inside, "section.bar", std::hypot(b.x, b.y), "a bar lies outside the section", "coordinates are relative to the centre of the section");
-    c.require(b.area > 0 && b.yield > 0 && b.young > 0, "section.bar", b.area, "area, yield stress and modulus must be positive", "correct the bar");
+    needs.require(inside, "section.bar", std::hypot(b.x, b.y), "a bar lies outside the section", "coordinates are relative to the centre of the section");
+    needs.require(b.area > 0 && b.yield > 0 && b.young > 0, "section.bar", b.area, "area, yield stress and modulus must be positive", "correct the bar");
   }
-  c.done();
+  needs.done();
   const auto add = [&](double x, double y, double area) {
     fibres_.push_back({x, y, area});
     area_ += area;

@@ -5,19 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "fem/spec_error.hpp"
 
 namespace talus::fem {
 namespace {
-
-[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = fmt::format("structure.{}.{}", spec.name, key);
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  throw InputError(p);
-}
 
 std::string text(const Vec3& a) { return fmt::format("[{:g}, {:g}, {:g}]", a.x(), a.y(), a.z()); }
 std::string text(const Box3& b) { return "min " + text(b.min()) + ", max " + text(b.max()); }

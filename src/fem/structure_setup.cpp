@@ -5,22 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
+#include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 
 namespace talus::fem {
 namespace {
-
-[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = fmt::format("structure.{}.{}", spec.name, key);
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  throw InputError(p);
-}
 
 constexpr double steel_density = 7850;  // [kg/m^3]
 

@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/error.hpp"
 #include "fem/lattice.hpp"
+#include "fem/spec_error.hpp"
 
 namespace talus::fem {
 
@@ -33,14 +33,8 @@ std::vector<rebar::Bar> deck_bars(const StructureSpec& spec, const StructureSpec
   std::vector<rebar::Bar> bars;
   for (const ViaductPlan::Soffit& soffit : viaduct_plan(spec).soffits) {
     const double room = soffit.width - 2 * inset;
-    if (!(room >= 0) || (rule.bars > 1 && room / (rule.bars - 1) < rule.diameter)) {
-      Problem p;
-      p.key = fmt::format("structure.{}.rebar", spec.name);
-      p.value = fmt::format("{} bars of {:g} m", rule.bars, rule.diameter);
-      p.rule = fmt::format("they do not fit side by side into a width of {:g} m", soffit.width);
-      p.remedy = "fewer, thinner bars or less cover";
-      throw InputError(p);
-    }
+    if (!(room >= 0) || (rule.bars > 1 && room / (rule.bars - 1) < rule.diameter))
+      bad(spec, "rebar", fmt::format("{} bars of {:g} m", rule.bars, rule.diameter), fmt::format("they do not fit side by side into a width of {:g} m", soffit.width), "fewer, thinner bars or less cover");
     const Vec3 along = (soffit.end - soffit.start).normalized();
     for (int i = 0; i < rule.bars; ++i) {
       rebar::Bar bar;

@@ -6,19 +6,10 @@
 #include <cmath>
 #include <map>
 
-#include "core/error.hpp"
+#include "fem/spec_error.hpp"
 
 namespace talus::fem {
 namespace {
-
-[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  Problem p;
-  p.key = fmt::format("structure.{}.{}", spec.name, key);
-  p.value = value;
-  p.rule = rule;
-  p.remedy = remedy;
-  throw InputError(p);
-}
 
 Box3 box(double x0, double x1, double y0, double y1, double z0, double z1) { return Box3(Vec3(x0, y0, z0), Vec3(x1, y1, z1)); }
 

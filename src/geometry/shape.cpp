@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "core/error.hpp"
+#include "core/reject.hpp"
 #include "geometry/mass_properties.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/random.hpp"
@@ -14,10 +14,6 @@ namespace talus::geometry {
 namespace {
 
 using std::numbers::pi;
-
-[[noreturn]] void bad(const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy) {
-  throw InputError(Problem{.key = key, .value = value, .rule = rule, .remedy = remedy});
-}
 
 std::string text(const Vec3& v) { return fmt::format("[{}, {}, {}]", v.x(), v.y(), v.z()); }
 
@@ -113,9 +109,9 @@ Mesh dented_rock(unsigned seed) {
 Vec3 extents(const ShapeSpec& s, const Vec3& proportions) {
   if (s.size.isZero()) {
     if (s.volume > 0 || s.mass > 0) return proportions;
-    bad("size", "", fmt::format("a {} needs its size", s.kind), "give size = [x, y, z], or volume, or mass");
+    reject("size", "", fmt::format("a {} needs its size", s.kind), "give size = [x, y, z], or volume, or mass");
   }
-  if (!(s.size.minCoeff() > 0) || !s.size.allFinite()) bad("size", text(s.size), "extents must be positive", "give size = [x, y, z] in metres");
+  if (!(s.size.minCoeff() > 0) || !s.size.allFinite()) reject("size", text(s.size), "extents must be positive", "give size = [x, y, z] in metres");
   return s.size;
 }
 
@@ -135,7 +131,7 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   };
   const Vec3 one = Vec3::Ones();
   if (s.size.minCoeff() > 0 && s.size.minCoeff() < 1e-6 * s.size.maxCoeff())
-    bad("size", text(s.size), "one extent is less than a millionth of another", "give a body: contact needs its thickness");
+    reject("size", text(s.size), "one extent is less than a millionth of another", "give a body: contact needs its thickness");
   if (s.kind == "box") {
     mesh = convex_hull(signs(extents(s, one) / 2));
   } else if (s.kind == "tetrahedron") {
@@ -148,9 +144,9 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
     hull(golden(1, std::numbers::phi), extents(s, one));
   } else if (s.kind == "sphere") {
     const int m = s.longitudes ? s.longitudes : 12, n = s.latitudes ? s.latitudes : 5;
-    if (m < 3 || m > 100) bad("longitudes", std::to_string(m), "must be 3 to 100", "give the number of meridians");
-    if (n < 1 || n > 100) bad("latitudes", std::to_string(n), "must be 1 to 100", "give the number of circles between the poles");
-    if (s.diameter < 0) bad("diameter", fmt::format("{}", s.diameter), "must be positive", "give it in metres");
+    if (m < 3 || m > 100) reject("longitudes", std::to_string(m), "must be 3 to 100", "give the number of meridians");
+    if (n < 1 || n > 100) reject("latitudes", std::to_string(n), "must be 1 to 100", "give the number of circles between the poles");
+    if (s.diameter < 0) reject("diameter", fmt::format("{}", s.diameter), "must be positive", "give it in metres");
     auto points = sphere(m, n);
     if (s.diameter > 0) {  // its corners lie on the sphere
       for (Vec3& p : points) p *= s.diameter / 2;
@@ -165,13 +161,13 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   } else if (s.kind == "convex") {
     mesh = convex_hull(s.vertices);
   } else if (s.kind == "file") {
-    if (s.file.empty()) bad("file", "", "a mesh file is needed", "give file = \"rock.obj\"");
+    if (s.file.empty()) reject("file", "", "a mesh file is needed", "give file = \"rock.obj\"");
     mesh = read_closed_mesh(s.file);
     if (const int pieces = body_count(mesh); pieces > 1)
       throw InputError(Problem{.file = s.file, .key = "mesh", .value = fmt::format("{} pieces", pieces), .rule = "holds pieces that do not hang together",
                                .remedy = "give each as a block of its own; rock_mass.blocks takes a file with a group for each"});
   } else if (s.kind == "random-convex" || s.kind == "random-concave") {
-    if (!(s.aspect.minCoeff() > 0)) bad("aspect", text(s.aspect), "proportions must be positive", "give aspect = [a, b, c]");
+    if (!(s.aspect.minCoeff() > 0)) reject("aspect", text(s.aspect), "proportions must be positive", "give aspect = [a, b, c]");
     const Vec3 size = extents(s, s.aspect);
     if (s.kind == "random-convex") {
       Random random(s.seed);
@@ -185,20 +181,20 @@ Shape make_shape_with_shift(const ShapeSpec& s) {
   } else {
     std::string all;
     for (const std::string& k : shape_kinds()) all += (all.empty() ? "" : ", ") + k;
-    bad("shape", s.kind, "is not a known shape", "use one of " + all);
+    reject("shape", s.kind, "is not a known shape", "use one of " + all);
   }
 
   MassProperties p = mass_properties(mesh.vertices, mesh.triangles, 1.0);
   double wanted = 0;
   if (s.volume != 0) {
-    if (!(s.volume > 0)) bad("volume", fmt::format("{}", s.volume), "must be positive", "give it in m^3");
+    if (!(s.volume > 0)) reject("volume", fmt::format("{}", s.volume), "must be positive", "give it in m^3");
     wanted = s.volume;
   }
   if (s.mass != 0) {
-    if (!(s.mass > 0)) bad("mass", fmt::format("{}", s.mass), "must be positive", "give it in kg");
-    if (!(s.density > 0)) bad("density", fmt::format("{}", s.density), "must be positive where a mass is given", "give the material's density");
+    if (!(s.mass > 0)) reject("mass", fmt::format("{}", s.mass), "must be positive", "give it in kg");
+    if (!(s.density > 0)) reject("density", fmt::format("{}", s.density), "must be positive where a mass is given", "give the material's density");
     if (wanted > 0 && std::abs(s.mass / s.density - wanted) > 1e-9 * wanted)
-      bad("mass", fmt::format("{}", s.mass), fmt::format("disagrees with volume times density, {} kg", wanted * s.density), "give volume or mass, not both");
+      reject("mass", fmt::format("{}", s.mass), fmt::format("disagrees with volume times density, {} kg", wanted * s.density), "give volume or mass, not both");
     wanted = s.mass / s.density;
   }
   const double scale = wanted > 0 ? std::cbrt(wanted / p.volume) : 1.0;

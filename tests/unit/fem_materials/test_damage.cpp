@@ -1,7 +1,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <random>
 #include <vector>
@@ -325,32 +324,6 @@ TEST(ConcreteDamage, UndamagedStressIsElasticToTheBit) {
   const Sym expected = hooke(lambda, mu, e);
   for (int i = 0; i < 6; ++i) EXPECT_NEAR(r.stress[i], expected[i], 1e-13 * 2e6);
   EXPECT_EQ(state.r_t, 0);
-}
-
-TEST(ConcreteDamage, CostPerElementIsReported) {
-  const ConcreteDamage law(c30());
-  constexpr int cells = 1000;
-  std::vector<DamageCell> state(cells, DamageCell{});
-  std::mt19937 generator(1);
-  std::uniform_real_distribution<double> u(-2e-4, 2e-4);
-  std::vector<std::array<double, 48>> strain(cells), stress(cells);
-  for (auto& e : strain)
-    for (double& x : e) x = u(generator);
-  double best = 1e9;
-  for (int repeat = 0; repeat < 30; ++repeat) {
-    const auto start = std::chrono::steady_clock::now();
-    double energy[8], lost[8];
-    for (int i = 0; i < cells; ++i) {
-      for (double& x : strain[i]) x *= 1.02;
-      law.stress8(strain[i].data(), nullptr, law.parameters().cell, state[i], state[i], stress[i].data(), energy, lost);
-    }
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / cells);
-  }
-  RecordProperty("microseconds_per_element_all_points_damaging", std::to_string(best * 1e6));
-  std::printf("damage law growing in all 8 points: %.3f us per element\n", best * 1e6);
-#if defined(NDEBUG) || defined(__OPTIMIZE__)
-  EXPECT_LT(best, 50e-6);  // only a gross regression (scalar code in the loop) is a failure on a shared machine
-#endif
 }
 
 }  // namespace

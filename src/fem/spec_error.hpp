@@ -1,0 +1,12 @@
+/// Bad input in the description of a structure.
+#pragma once
+#include <string>
+
+#include "contact/structure.hpp"
+
+namespace talus::fem {
+
+/// Throws InputError about the key `structure.NAME.key`.
+[[noreturn]] void bad(const StructureSpec& spec, const std::string& key, const std::string& value, const std::string& rule, const std::string& remedy);
+
+}  // namespace talus::fem
