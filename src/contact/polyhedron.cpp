@@ -120,13 +120,24 @@ class Builder {
     make_edges();
     make_vertex_edges();
     p_.convex = is_convex();
-    p_.inradius = p_.radius;
-    for (const auto& t : T) p_.inradius = std::min(p_.inradius, distance_to_triangle(X[t[0]], X[t[1]], X[t[2]]));
+    p_.inradius = half_thickness();
     choose_axes();
     return std::move(p_);
   }
 
  private:
+  /// Smallest distance centroid-face; the centroid of a concave body may lie next to a face, or outside: there at least volume over surface.
+  double half_thickness() const {
+    double least = p_.radius, volume = 0, area = 0;
+    for (const auto& t : T) {
+      least = std::min(least, distance_to_triangle(X[t[0]], X[t[1]], X[t[2]]));
+      const Vec3 twice = (X[t[1]] - X[t[0]]).cross(X[t[2]] - X[t[0]]);
+      volume += X[t[0]].dot(twice) / 6;
+      area += 0.5 * twice.norm();
+    }
+    return p_.convex ? least : std::max(least, volume / area);
+  }
+
   static void check_triangles(int given, const std::vector<Triangle>& input) {
     if (input.size() < 4)
       reject("mesh", fmt::format("{} triangles", input.size()), "a polyhedron needs at least four triangles",

@@ -38,7 +38,7 @@ struct Polyhedron {
   std::vector<int> axis_edges;          // one edge per distinct edge direction
   bool convex = false;
   double radius = 0;    // largest |X|                       [m]
-  double inradius = 0;  // smallest distance centroid-face   [m]
+  double inradius = 0;  // smallest distance centroid-face, of a concave one at least volume over surface (a plate's half thickness) [m]
   int faces() const { return static_cast<int>(face_offset.size()) - 1; }
 };
 

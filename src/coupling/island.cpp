@@ -23,6 +23,7 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = 0;
+  equal_steps_ = 0;
   found_for_ = -1;
   impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);
@@ -351,7 +352,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     const bool lumped = !small || impacts_ > 200;
     find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
     double h = step_limit(remaining, lumped);
-    if (with_structure) suggested_ = h = structure_step(duration, h);
+    if (with_structure) h = structure_step(duration, h);
     h = std::min(h, remaining);
     if (h < remaining) h = remaining / std::ceil(remaining / h - 1e-9);
     find(h);
@@ -483,19 +484,23 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       report_.at_rest = false;
     }
   }
-  report_.next_step = suggested_;
+  report_.next_step = with_structure ? 2 * suggested_ : suggested_;
   return report_;
 }
 
-/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask and not lengthened before they part. A
-/// leapfrog whose step changes loses or gains energy.
-double IslandStepper::structure_step(double duration, double longest) const {
-  double stable = duration;
+/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask; while they last, lengthened again only
+/// after many equal ones, since a leapfrog whose step changes loses or gains energy. Short parts of a short stretch bind no later one.
+double IslandStepper::structure_step(double duration, double longest) {
+  constexpr int equal = 32;
+  double stable = std::numeric_limits<double>::infinity();
   for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - 1e-12));
+  if (++equal_steps_ > equal) equal_steps_ = 0, suggested_ *= 2;
   longest = std::min(longest, rise_limit());
   if (suggested_ > 0 && has_closed()) longest = std::min(longest, suggested_);
+  const bool bound = h > longest * (1 + 1e-9);
   while (h > longest * (1 + 1e-9)) h *= 0.5;
+  suggested_ = bound ? h : stable;
   return h;
 }
 

@@ -65,6 +65,7 @@ class IslandStepper {
   void begin_step(double h, bool frozen_strain);
   void find(double h);
   void find_moved(const std::vector<char>& moved);
+  void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
   void gather_touches();
@@ -116,12 +117,13 @@ class IslandStepper {
   void restore();
   double step_limit(double remaining, bool lumped) const;
   double rise_limit() const;
-  double structure_step(double duration, double longest) const;
+  double structure_step(double duration, double longest);
   bool locate_event(double& h, int passes);
   void rest_check(double h);
   contact::Motion motion_of(int block, bool lumped) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none
+  double path(const CandidatePair& pair) const;
   double crossing() const;       // the same for what the rows of a lumped step leave open
 
   const dda::Model& model_;
@@ -158,6 +160,7 @@ class IslandStepper {
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
   int impacts_ = 0;
+  int equal_steps_ = 0;                   // at a structure, since the stretch began or they were last lengthened
 };
 
 }  // namespace talus::coupling

@@ -375,6 +375,7 @@ double IslandStepper::project(double h) {
     return deepest;
   };
   find(h);
+  keep_late_overlaps();
   double deepest = deepest_touch();
   if (deepest <= tolerance) return deepest;
   std::vector<char> moved(bodies_.size());
@@ -402,6 +403,7 @@ double IslandStepper::project(double h) {
     contact::SolveSettings settings;
     settings.velocity_scale = deepest;
     settings.tolerance = 1e-3;
+    settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;

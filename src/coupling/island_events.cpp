@@ -51,6 +51,20 @@ double IslandStepper::first_impact() const {
   return first;
 }
 
+/// Bound on how far points of the two have moved against each other in the step just computed [m].
+double IslandStepper::path(const CandidatePair& pair) const {
+  const contact::Motion b = motion_of(pair.b, true);
+  Vec3 moved = b.displacement, bulge = b.half_gravity_step;
+  double turned = model_.blocks[static_cast<std::size_t>(pair.b)].shape->radius * b.rotation.norm();
+  if (pair.a.kind == Partner::Kind::block) {
+    const contact::Motion a = motion_of(pair.a.index, true);
+    moved -= a.displacement;
+    bulge -= a.half_gravity_step;
+    turned += model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->radius * a.rotation.norm();
+  }
+  return moved.norm() + bulge.norm() / 4 + turned;
+}
+
 double IslandStepper::crossing() const {
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
   // with rows may not move by more than a part of the thinner body's thickness unseen.
@@ -66,20 +80,10 @@ double IslandStepper::crossing() const {
       listed = listed || touches_[t].row >= 0;
       apart = std::min(apart, touches_[t].at.gap);
     }
-    const contact::Motion b = motion_of(pair.b, true);
-    Vec3 moved = b.displacement, bulge = b.half_gravity_step;
-    double turned = model_.blocks[kb].shape->radius * b.rotation.norm(), thickness = model_.blocks[kb].shape->inradius;
-    if (pair.a.kind == Partner::Kind::block) {
-      const auto ka = static_cast<std::size_t>(pair.a.index);
-      const contact::Motion a = motion_of(pair.a.index, true);
-      moved -= a.displacement;
-      bulge -= a.half_gravity_step;
-      turned += model_.blocks[ka].shape->radius * a.rotation.norm();
-      thickness = std::min(thickness, model_.blocks[ka].shape->inradius);
-    }
-    const double path = moved.norm() + bulge.norm() / 4 + turned;
+    double thickness = model_.blocks[kb].shape->inradius;
+    if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
     const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
-    if (path <= clear) continue;
+    if (path(pair) <= clear) continue;
     const double s = time_of_impact(pair, listed ? 1e-3 * thickness : 1e-10 * length_, true);
     if (!listed || s < 0.9) first = std::min(first, s);   // rows end where they touch: that is no crossing
   }

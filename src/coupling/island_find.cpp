@@ -64,6 +64,30 @@ void IslandStepper::carry_at_structures(const std::vector<Pose>& before) {
   if (any) gather_touches();
 }
 
+/// Concave blocks can hide an overlap from the search until a corner comes out of a notch. What no motion of this step can have made is not
+/// thrown out, which would be a blow that nobody struck: it stays where it is, as where a piece was born inside another.
+void IslandStepper::keep_late_overlaps() {
+  bool any = false;
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const CandidatePair& pair = island_->pairs[i];
+    if (pair.a.kind != Partner::Kind::block) continue;
+    if (model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->convex && model_.blocks[static_cast<std::size_t>(pair.b)].shape->convex) continue;
+    double known = 0, late = 0;
+    for (const Touch& t : touches_of_[i]) (t.persistent ? known : late) = std::max(t.persistent ? known : late, -t.at.gap);
+    if (late <= 1e-3 * length_ + 2 * known || late <= 1e-3 * length_ + 2 * (known + path(pair))) continue;
+    ContactMemory memory;
+    memory.partner = pair.a.id();
+    memory.feature = born_inside;
+    memory.indentation = late;
+    auto& list = history_[static_cast<std::size_t>(pair.b)];
+    list.push_back(memory);
+    std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) { return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature); });
+    look(i);
+    any = true;
+  }
+  if (any) gather_touches();
+}
+
 /// All that pair i may touch within the reach.
 void IslandStepper::look(std::size_t i) {
   const CandidatePair& pair = island_->pairs[i];
