@@ -22,6 +22,7 @@ void ContactProblem::clear() {
 
 struct ContactSolver::Work {
   Search search;
+  LocalSweeps local;
   std::vector<Touch> every;        // all contacts, while a part is solved
   std::vector<Vec3> every_p;
   std::vector<char> chosen;
@@ -121,9 +122,16 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   system.velocities(search.p, search.v);
   search.best = INFINITY;
   search.consider(search.p, search.v, system.residual(search.v, search.p));
-  if (search.best > tolerance) sweeps(search, tolerance, report);
+  constexpr int few = 60;
+  const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(), [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
+  if (search.best > tolerance && nc > few && frictionless) {   // convex and mostly local: nothing gets there sooner
+    work_->local.run(system, search.p, search.v, tolerance, 40);
+    system.velocities(search.p, search.v);
+    search.consider(search.p, search.v, system.residual(search.v, search.p));
+  } else if (search.best > tolerance) {
+    sweeps(search, tolerance, report);
+  }
   if (search.best > tolerance) {
-    constexpr int few = 60;
     if (nc <= few) search.run(settings, report);
     else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }

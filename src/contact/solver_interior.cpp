@@ -59,7 +59,8 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     q.gamma = slip + delta * std::min(1.0, t.law.mu > 0 ? std::max(0.1, 1 / t.law.mu) : 1.0);
     q.y = std::max(u.x() - (t.law.exact ? 0.0 : t.law.mu * q.gamma), delta);
   }
-  double best = INFINITY;
+  double best = INFINITY, least = INFINITY;   // of the path, and with what sweeps made of it
+  int next = 0;   // iteration of the next attempt to settle
   best_ = p_;
   int stalls = 0, blocked = 0;
   // Weight of the flow rule's own coupling in the direction: 0 is Newton on exact Coulomb, fast but now and then blocked; 1 takes the
@@ -86,15 +87,32 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     if (count == 0) break;
     complementarity /= count;
     const double residual = system.residual(vp_, p_);
+    if (options.sweeps > 0 && it >= next && residual > options.tolerance && complementarity < 100 * options.tolerance * options.tolerance) {
+      // Most contacts are there before the last few, which hold up the whole path.
+      settled_ = p_;
+      settled_v_ = vp_;
+      local_.run(system, settled_, settled_v_, options.tolerance, options.sweeps);
+      system.velocities(settled_, settled_v_);
+      const double after = system.residual(settled_v_, settled_);
+      if (after < least) {
+        least = after;
+        best_ = settled_;
+      }
+      if (after <= options.tolerance) break;
+      next = it + 3;
+    }
     for (int k = 0; k < n; ++k) vp_[k] = v_[k] - vp_[k];
+    if (residual < least) {
+      least = residual;
+      best_ = p_;
+    }
     if (residual < best) {
       best = residual;
-      best_ = p_;
       stalls = 0;
     } else if (++stalls > 15 || blocked >= 3) {  // stuck: the caller starts elsewhere
       break;
     }
-    if (best <= options.tolerance || it >= options.max_iterations || !std::isfinite(complementarity)) break;
+    if (least <= options.tolerance || it >= options.max_iterations || !std::isfinite(complementarity)) break;
     if (complementarity < 1e-4 * options.tolerance * options.tolerance) break;
     ++outcome.iterations;
 
@@ -167,7 +185,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
       if (phase == 0) {
         hessian_->assemble(system, D_.data(), nullptr);
         if (!hessian_->lu.factor()) {
-          outcome.residual = best;
+          outcome.residual = least;
           p = best_;
           system.velocities(p, v);
           return outcome;
@@ -238,8 +256,8 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
       }
     }
   }
-  outcome.residual = best;
-  outcome.converged = best <= options.tolerance;
+  outcome.residual = least;
+  outcome.converged = least <= options.tolerance;
   p = best_;
   system.velocities(p, v);
   return outcome;

@@ -17,12 +17,14 @@
 #include <vector>
 
 #include "contact/solver_hessian.hpp"
+#include "contact/solver_sweep.hpp"
 
 namespace talus::contact::detail {
 
 struct InteriorOptions {
   double tolerance = 1e-10;  // [m/s]
   int max_iterations = 60;
+  int sweeps = 0;            // visits per contact of an attempt to settle from the path what lags behind; 0: none
   double start = 0;          // [m/s] expected distance from the warm start; sets the first barrier
 };
 
@@ -50,7 +52,9 @@ class Interior {
   std::vector<Pair> pairs_;
   std::vector<Mat3> D_;
   std::vector<Vec3> constant_, p_, best_;
-  std::vector<double> un_, v_, step_, rhs_, force_, vp_;
+  std::vector<double> un_, v_, step_, rhs_, force_, vp_, settled_v_;
+  std::vector<Vec3> settled_;
+  LocalSweeps local_;
 };
 
 }  // namespace talus::contact::detail

@@ -34,6 +34,7 @@ bool Search::interior(double distance) {
   InteriorOptions options;
   options.tolerance = std::max(tolerance_, 1e-7 * settings_->velocity_scale);
   options.start = distance;
+  options.sweeps = system.contacts() > 60 ? 15 : 0;
   trial_p_ = p;
   system.velocities(trial_p_, trial_v_);
   const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);
@@ -113,10 +114,12 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
+  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper.
+  const auto contradicted = [&] { return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && report.newton > 300; };
   p = best_p;
   if (interior(0.5 * best) || finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
-  for (int round = 0; round < 4; ++round) {
+  for (int round = 0; round < 4 && !contradicted(); ++round) {
     report.tier = 'B';
     if (round == 2 && !small) {   // the convex problems are a surer way on than a path from nothing
       report.tier = 'C';
@@ -132,6 +135,8 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     }
     if (finish()) return true;
   }
+  report.tier = 'E';
+  if (contradicted()) return false;
   // Many sweeps find regions that a path misses; costly, so only now and then of use.
   report.tier = 'C';
   if (polish(200)) return true;

@@ -13,4 +13,16 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& p);
 /// w |dp| of the last pass [m/s].
 double sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps);
 
+/// Gauss-Seidel where it is still needed: a contact is visited again only after its own impulse or that of a neighbour has changed by more
+/// than a small part of the tolerance. Few contacts that are far off cost little, however large the problem.
+class LocalSweeps {
+ public:
+  /// From p with v = v(p), both updated, until nothing is left to visit or `budget` visits per contact are spent on the average.
+  void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget);
+
+ private:
+  std::vector<int> first_, touching_;   // contacts of every body, one after the other
+  std::vector<char> pending_;
+};
+
 }  // namespace talus::contact::detail

@@ -156,6 +156,7 @@ class IslandStepper {
   IslandReport report_;
   Ledger pending_;
   double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
+  bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
