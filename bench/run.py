@@ -4,12 +4,14 @@
     python3 bench/run.py --talus build/release/talus s1 s2 s3-100 s4        Talus alone
     python3 bench/run.py --peers bullet64,ode --repeat 3 s3-100             beside the peers (installs and builds them)
     python3 bench/run.py --peers bullet64,ode,yade --markdown table.md s1 s2 s4 s3-100 s3-400
+    python3 bench/run.py --peers bullet64,ode --duration 2 s3-1600          the first two seconds
 
 CPU is that of the stepping: reading, writing and (for the peers) the frames are not counted. Overlaps and energies are measured from the poses
 (bench/measure.py), those of boxes by separating axes. The ledger's residual is Talus's own, over the energy released.
 Scenes are those of bench/scenes.py.
 """
 import argparse
+import dataclasses
 import json
 import os
 import pathlib
@@ -119,6 +121,7 @@ def main():
     parse.add_argument("--yade-limit", type=float, default=60, help="CPU after which Yade is stopped and its cost stretched to the whole run [s]")
     parse.add_argument("--repeat", type=int, default=1, help="runs of each; the median CPU is told")
     parse.add_argument("--accuracy", type=float, default=1e-3)
+    parse.add_argument("--duration", type=float, help="simulated time, in place of the scene's own [s]")
     parse.add_argument("--threads", type=int, default=1)
     parse.add_argument("--interval", type=float, default=0.1, help="between the frames measured [s]")
     parse.add_argument("--limit", type=float, default=3600, help="longest run [s]")
@@ -135,6 +138,8 @@ def main():
     table, figures = [HEAD, ["---"] * len(HEAD)], []
     for name in options.scene:
         scene = scenes.make(name)
+        if options.duration:
+            scene = dataclasses.replace(scene, duration=options.duration)
         ours = None
         tasks = [] if options.talus == "none" else [lambda: talus(scene, name, options, options.work / name)]
         for code in codes:

@@ -1,7 +1,6 @@
 /// Bullet on a comparison scene: sequential impulses, no damping, no sleeping, friction of the pair as given.
 #include <btBulletDynamicsCommon.h>
 
-#include <iostream>
 #include <memory>
 
 #include "driver.hpp"
@@ -78,12 +77,4 @@ class World {
 
 }  // namespace
 
-int main(int count, char** text) try {
-  const peers::Options options = peers::read_options(count, text);
-  const peers::Scene scene = peers::read_scene(options.scene);
-  World world(scene, options.iterations);
-  peers::drive(world, scene, options);
-} catch (const std::exception& e) {
-  std::cerr << e.what() << '\n';
-  return 1;
-}
+int main(int count, char** text) { return peers::run<World>(count, text); }

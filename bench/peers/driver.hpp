@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <iostream>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -119,6 +120,21 @@ void drive(World& world, const Scene& scene, const Options& o) {
   const double cpu = cpu_seconds() - start - aside;
   std::fclose(file);
   std::printf("{\"cpu\": %.6f, \"steps\": %ld, \"contacts\": %.1f}\n", cpu, steps, contacts / static_cast<double>(steps));
+}
+
+/// A driver's main: the scene and the step from the command line, World(scene, iterations) stepped to the end.
+template <class World>
+int run(int count, char** text) {
+  try {
+    const Options options = read_options(count, text);
+    const Scene scene = read_scene(options.scene);
+    World world(scene, options.iterations);
+    drive(world, scene, options);
+    return 0;
+  } catch (const std::exception& e) {
+    std::cerr << e.what() << '\n';
+    return 1;
+  }
 }
 
 }  // namespace peers

@@ -1,7 +1,6 @@
 /// ODE on a comparison scene of boxes: QuickStep, no sleeping, friction pyramid in proportion to the normal force.
 #include <ode/ode.h>
 
-#include <iostream>
 
 #include "driver.hpp"
 
@@ -81,12 +80,4 @@ class World {
 
 }  // namespace
 
-int main(int count, char** text) try {
-  const peers::Options options = peers::read_options(count, text);
-  const peers::Scene scene = peers::read_scene(options.scene);
-  World world(scene, options.iterations);
-  peers::drive(world, scene, options);
-} catch (const std::exception& e) {
-  std::cerr << e.what() << '\n';
-  return 1;
-}
+int main(int count, char** text) { return peers::run<World>(count, text); }
