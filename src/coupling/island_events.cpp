@@ -80,6 +80,9 @@ double IslandStepper::crossing() const {
       listed = listed || touches_[t].row >= 0;
       apart = std::min(apart, touches_[t].at.gap);
     }
+    // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
+    // unforeseen starts unloaded where it is.
+    listed = listed || (any && moving_skin(pair.a));
     double thickness = model_.blocks[kb].shape->inradius;
     if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
     const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
