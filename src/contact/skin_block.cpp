@@ -43,7 +43,7 @@ struct Pressed {
 
 class Finder {
  public:
-  Finder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double margin) : s_(index.impl()), index_(index), block_(block), margin_(margin) {
+  Finder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double margin) : s_(index.impl()), index_(index), block_(block), margin_(margin), deepest_((block.convex ? 1.9 : 0.5) * block.inradius) {
     for (const Vec3& x : block.vertices) x_.push_back(pose.world(x));
     const Mat3 cof = narrow::cofactor(pose.F);
     for (const Vec3& n : block.face_normals) normal_.push_back((cof * n).normalized());
@@ -126,7 +126,7 @@ class Finder {
         const Vec3& n = s_.normal[static_cast<std::size_t>(t)];
         if (n.dot(outward) > facing) continue;
         const double gap = n.dot(x_[v] - s_.surface.vertices[static_cast<std::size_t>(s_.surface.triangles[static_cast<std::size_t>(t)][0])]);
-        if (gap > margin_ || gap < -0.5 * block_.inradius) continue;
+        if (gap > margin_ || gap < -deepest_) continue;
         // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as much as it is deep.
         if (barycentric(t, x_[v]).minCoeff() < -1e-9 - 0.2 * std::max(0.0, -gap) / size(t)) continue;
         found.push_back({t, gap});
@@ -286,7 +286,7 @@ class Finder {
     const Vec3 corner[3] = {s_.surface.vertices[static_cast<std::size_t>(v[0])], s_.surface.vertices[static_cast<std::size_t>(v[1])], s_.surface.vertices[static_cast<std::size_t>(v[2])]};
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3& x : corner) nearest = std::min(nearest, p.normal.dot(p.point - x));
-    if (nearest > margin_ || nearest < -0.5 * block_.inradius) return;
+    if (nearest > margin_ || nearest < -deepest_) return;
     for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
       if (block_.triangle_face[k] != p.face) continue;
       polygon_.assign(corner, corner + 3);
@@ -345,6 +345,7 @@ class Finder {
   const SurfaceIndex& index_;
   const Polyhedron& block_;
   double margin_;
+  double deepest_;   // overlap that is still read as contact: a convex block less than its height, so that it is never one through a plate
   std::vector<Vec3> x_, normal_, near_normal_;
   std::vector<Vec3> into_;   // per side of a triangle of the block, in its plane, inward
   std::vector<int> near_, handled_;

@@ -65,12 +65,16 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
     force = t.normal_law.force(std::max(end, 0.0));
     slope = t.normal_law.slope(end);
   }
-  if (!(slope > 0) || end <= 0) {
+  if (end <= 0) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.
     const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
     end = force = 0;
     slope = t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
-    slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
+    slope = std::max(slope, 1e-6 * t.stiffness);
+  } else if (slope < 1e-3 * t.stiffness) {
+    // A level stretch of the law (crushing, or the hollow that it left) still needs a row: a hundredth of what the bodies' inertia gives, so that
+    // round-off in it stays small.
+    slope = std::max(slope, std::min(t.stiffness, 0.01 / (h * h * normal_compliance(c))));
   }
   t.indentation = end;
   c.compliance[0] = 1 / (h * h * slope + share * h * t.dashpot);

@@ -233,7 +233,7 @@ void set_spring(Touch& t, const dda::Model& m, double crushed) {
   if (law.stiffness == ContactLaw::Stiffness::hard && !curved) return;
   // An isolated vertex or edge has no tributary area: it takes that of a tenth of the block's inradius.
   const double inradius = m.blocks[static_cast<std::size_t>(t.b)].shape->inradius;
-  const double area = std::max(t.at.area, 0.01 * inradius * inradius);
+  const double area = t.at.area > 0 ? t.at.area : 0.01 * inradius * inradius;
   const double share = law.stiffness == ContactLaw::Stiffness::per_area ? area : 1;
   const double mass = mass_in_series(m, t);
   t.normal_law.law = &law;
