@@ -478,6 +478,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         ++report_.counters.structure_steps;
       }
     }
+    commit(t + done + taken, taken);
     done += taken;
     ++report_.counters.steps;
     report_.counters.last_step = taken;
