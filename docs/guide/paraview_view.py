@@ -1,9 +1,10 @@
-"""ParaView macro: terrain by height, blocks by speed, structures by damage or stress, at the first impact.
+"""ParaView macro: terrain, blocks by speed, structures by damage or stress, at the first impact.
 
     pvpython docs/guide/paraview_view.py DIR [PICTURE.png]
     TALUS_RESULTS=DIR paraview --script=docs/guide/paraview_view.py
 """
 import json
+import math
 import os
 import sys
 
@@ -23,38 +24,50 @@ GetTimeKeeper().Time = time
 data.UpdatePipeline(time)
 
 
-def show(source, array, title, location="CELLS"):
+def names(information):
+    return {information.GetArray(i).Name for i in range(information.GetNumberOfArrays())}
+
+
+def part_with(array):
+    """The cells of the parts that have the array."""
+    part = Threshold(Input=data)
+    part.Scalars = ["CELLS", array]
+    part.LowerThreshold, part.UpperThreshold = -1e300, 1e300
+    return part
+
+
+def show(source, array, title, most):
     display = Show(source, view)
-    ColorBy(display, (location, array))
-    display.RescaleTransferFunctionToDataRange(False, True)
+    ColorBy(display, ("CELLS", array))
+    GetColorTransferFunction(array).RescaleTransferFunction(0, most)
     bar = GetScalarBar(GetColorTransferFunction(array), view)
     bar.Title, bar.ComponentTitle = title, ""
     display.SetScalarBarVisibility(view, True)
 
 
-def arrays(information):
-    return {information.GetArray(i).Name for i in range(information.GetNumberOfArrays())}
-
-
-cells = arrays(data.CellData)
-# Parts that have an array: terrain has none of its own.
-heights = Elevation(Input=data, LowPoint=[0, 0, data.GetDataInformation().GetBounds()[4]], HighPoint=[0, 0, data.GetDataInformation().GetBounds()[5]])
-display = Show(heights, view)
-ColorBy(display, None)
-display.DiffuseColor = [0.72, 0.68, 0.62]
-for array, title in (("speed", "speed [m/s]"), ("damage_tension", "damage [-]"), ("stress_von_mises", "von Mises stress [Pa]")):
-    if array not in cells or (array == "stress_von_mises" and any(s["damage_max"] > 0 for s in summary["structures"])):
+cells = names(data.CellData)
+if "height" in names(data.PointData):
+    ground = Threshold(Input=data)
+    ground.Scalars = ["POINTS", "height"]
+    ground.LowerThreshold, ground.UpperThreshold = -1e300, 1e300
+    display = Show(ground, view)
+    display.ColorArrayName = ["POINTS", ""]
+    display.DiffuseColor = [0.72, 0.68, 0.62]
+fastest = max((b.get("max_speed", 0) for b in summary["blocks"]), default=0)
+damaged = any(s["damage_max"] > 0 for s in summary["structures"])
+for array, title, most in (("speed", "speed [m/s]", fastest or 1), ("damage_tension", "damage [-]", 1), ("stress_von_mises", "von Mises stress [Pa]", None)):
+    if array not in cells or array == ("stress_von_mises" if damaged else "damage_tension"):
         continue
-    part = Threshold(Input=data)
-    part.Scalars = ["CELLS", array]
-    part.LowerThreshold, part.UpperThreshold = data.CellData[array].GetRange()
-    show(part, array, title)
-if impacts:
-    view.CameraFocalPoint = impacts[0]["point"]
-    view.CameraPosition = [c + d for c, d in zip(impacts[0]["point"], (-25, -40, 18))]
-    view.CameraViewUp = [0, 0, 1]
-else:
-    ResetCamera(view)
+    show(part_with(array), array, title, most or data.CellData[array].GetRange()[1] or 1)
 Render(view)
-if "--script" not in " ".join(sys.argv) and "pvpython" in sys.executable + " ".join(sys.argv[:1]) or len(sys.argv) > 1:
+ResetCamera(view)   # before the camera is placed: the first picture would move it
+if impacts:
+    # From downhill and beside the path, where the slope hides nothing.
+    point, (vx, vy, _) = impacts[0]["point"], impacts[0]["velocity"]
+    n = math.hypot(vx, vy) or 1
+    view.CameraFocalPoint = point
+    view.CameraPosition = [point[0] + (18 * vx - 24 * vy) / n, point[1] + (18 * vy + 24 * vx) / n, point[2] + 14]
+    view.CameraViewUp = [0, 0, 1]
+Render(view)
+if len(sys.argv) > 1 or "pvpython" in sys.executable:
     SaveScreenshot(sys.argv[2] if len(sys.argv) > 2 else os.path.join(directory, "paraview.png"), view)
