@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include "app/commands.hpp"
 #include "io/final_state.hpp"
@@ -6,6 +7,16 @@
 #include "sim/simulation.hpp"
 
 namespace talus::app {
+namespace {
+
+/// Largest resident set of this process so far [MB].
+double held_so_far() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return static_cast<double>(used.ru_maxrss) / 1024;
+}
+
+}  // namespace
 
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
@@ -16,6 +27,8 @@ int command_check(const Options& options) {
   const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
   for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
+  const double held = held_so_far();
+  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n", 1.05 * held + simulation.memory_of_run(), held);
   fmt::print("\n{}\n", warnings == 0 ? "No problems found." : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));
   return done;
 }

@@ -32,7 +32,7 @@ std::string bound(const Key& key, double value) {
   return fmt::format("{:g}{}", value, unit);
 }
 
-/// The table whose names in between are the user's own: "block.B1.size" is block.size.
+/// The table whose names in between are the user's own: "block.B1.size" is block.size, "block.B1" is block; "block.siz" is a slip of the pen.
 const Key* find_loose(const std::string& path) {
   if (const Key* exact = find_key(path)) return exact;
   std::vector<std::string> parts;
@@ -42,20 +42,22 @@ const Key* find_loose(const std::string& path) {
     from = dot + 1;
   }
   std::string at;
-  bool may_skip = false;
+  bool may_skip = false, skipped = false;
   for (const std::string& part : parts) {
     const std::string next = at.empty() ? part : at + "." + part;
     const Key* key = find_key(next);
     if (key) {
       at = next;
       may_skip = key->type == Type::tables || key->type == Type::path_or_tables || key->type == Type::supports;
+      skipped = false;
     } else if (may_skip) {
       may_skip = false;   // the name of one of the tables
+      skipped = true;
     } else {
       return nullptr;
     }
   }
-  return find_key(at);
+  return skipped && !nearest_name(path, all_keys()).empty() ? nullptr : find_key(at);
 }
 
 }  // namespace

@@ -4,28 +4,11 @@
 
 #include <fmt/format.h>
 
-#include "geometry/mesh.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
 namespace {
-
-/// Upper bound of the peak memory [MB], from peaks measured on six scenes (docs/results/robustness.md): the program, the raster and
-/// structure modules with their libraries, and what grows with blocks, triangles and elements. The factor of a structure's stiffness
-/// grows faster than its elements, up to the size beyond which multigrid takes its place.
-double memory_bound(const World& w) {
-  const coupling::Environment& env = w.system->environment();
-  double sum = 30 + 0.024 * static_cast<double>(w.system->model().blocks.size());
-  if (w.scene.site && !geometry::is_mesh_file(w.scene.site->terrain)) sum += 30;
-  if (env.terrain) sum += 1e-3 * static_cast<double>(env.terrain->surface().triangles.size());
-  if (!env.structures.empty()) sum += 155;
-  for (const coupling::StructurePart& p : env.structures) {
-    const auto n = static_cast<double>(p.structure->elements());
-    sum += n * (0.02 + 4e-7 * std::min(n, 50000.0));
-  }
-  return sum;
-}
 
 /// CPU time of the whole run [s], between two orders of magnitude that a run rarely leaves.
 struct TimeBound {
@@ -89,6 +72,19 @@ std::string time_line(const World& w) {
 
 }  // namespace
 
+double Simulation::memory_of_run() const {
+  const World& w = *world_;
+  const coupling::Environment& env = w.system->environment();
+  const auto blocks = static_cast<double>(w.system->model().blocks.size());
+  const double rows = w.scene.simulation.duration / w.scene.output.history_interval;
+  double sum = 12 + 0.045 * blocks;                                       // libraries of the results; a block's contacts in a pile
+  sum += std::min(32.0, rows * (200 * blocks + 400) * 1e-6);              // a batch of rows on its way to results.h5
+  if (w.scene.output.report) sum += 4 * std::min(6.0, rows * 28 * blocks * 1e-6);   // its arrays, their text, the page
+  for (std::size_t i = 0; i < env.structures.size(); ++i)
+    if (w.scene.structures[i].damage != "none") sum += 0.004 * static_cast<double>(env.structures[i].structure->elements());   // history of the law, where it is needed
+  return sum;
+}
+
 std::vector<std::string> Simulation::plan() const {
   const World& w = *world_;
   const scene::Scene& s = w.scene;
@@ -139,7 +135,6 @@ std::vector<std::string> Simulation::plan() const {
   if (!restitution) lines.push_back("Restitution: not given; impacts on hard contacts are inelastic.");
   if (!cohesion) lines.push_back("Cohesion and tension: none.");
   if (!w.paper) lines.push_back(s.simulation.sleeping ? "Resting islands sleep on a static certificate and cost nothing; islands in flight take closed-form steps." : "Sleeping is off.");
-  lines.push_back(fmt::format("Memory: at most about {:.0f} MB.", memory_bound(w)));
   lines.push_back(time_line(w));
   for (const std::string& n : w.notes) lines.push_back(n);
   for (const std::string& n : s.notes) lines.push_back(n);

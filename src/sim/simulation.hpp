@@ -59,6 +59,8 @@ class Simulation {
   const scene::Scene& scene() const;
   /// What is computed and what is left out and why, degrees of freedom, memory, time.
   std::vector<std::string> plan() const;
+  /// What stepping, results and report hold beyond what stands after the building, at most [MB]; measured (docs/results/robustness.md).
+  double memory_of_run() const;
 
   /// Runs to the end, to rest, or until `stop` is non-zero (a signal number).
   RunResult run(Sink& sink, const std::atomic<int>* stop = nullptr);

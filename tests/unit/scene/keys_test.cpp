@@ -71,6 +71,8 @@ TEST(Keys, ExplainTellsTypeUnitDefaultRangeSource) {
   EXPECT_NE(explain("material.f_cm").find("Model Code 2010"), std::string::npos);
   EXPECT_NE(explain("block.B1.size").find("block.size"), std::string::npos);   // a user's own name in between
   EXPECT_NE(explain("[[block]]").find("Keys:"), std::string::npos);
+  EXPECT_NE(explain("block.B1").find("Keys:"), std::string::npos);
+  EXPECT_THROW(explain("block.siz"), InputError);
   EXPECT_NE(explain("structure.P2.probe.top.at").find("structure.probe.at"), std::string::npos);
   try {
     explain("simulaton.step");
