@@ -2,6 +2,8 @@
 #include <csignal>
 #include <filesystem>
 
+#include <unistd.h>
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -27,6 +29,17 @@ extern "C" void on_signal(int number) {
   stop_signal.store(number);
   // A second SIGINT, from the keyboard, ends the program at once. `timeout` and service managers send SIGTERM twice and mean one.
   if (number == SIGINT) std::signal(number, SIG_DFL);
+}
+
+/// Before the first step there is nothing to save: the exit code is told at once.
+extern "C" void on_early_signal(int number) {
+  constexpr char text[] = "talus: interrupted before the first step; nothing was written\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
+  ::_exit(128 + number);
+}
+
+void on_signals(void (*action)(int)) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, action);
 }
 
 constexpr const char* checkpoint_name = "checkpoint.h5";
@@ -127,6 +140,7 @@ std::string output_directory(const Options& options) {
 }
 
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
+  on_signals(on_early_signal);
   const fs::path directory = output_directory(options);
   io::check_directory(directory);
   const std::string resolved = scene.resolved_json;
@@ -179,6 +193,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     }
   }
 
+  on_signals(on_signal);   // from here on something is written
   const io::RecorderOptions recording{directory, scene_file, resolved, true};
   io::Recorder recorder = resumed ? io::Recorder(recording, position) : io::Recorder(recording, simulation.header());
   sink_log = &recorder;
@@ -191,7 +206,6 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, on_signal);
   RecordingSink sink(recorder, hash);
   const sim::RunResult result = simulation.run(sink, &stop_signal);
   sink.end_line();

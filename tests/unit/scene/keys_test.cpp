@@ -18,7 +18,9 @@ TEST(Keys, EachOnceAndWithItsTable) {
     EXPECT_TRUE(seen.insert(key.path).second) << key.path;
     EXPECT_FALSE(key.doc.empty()) << key.path;
     const auto dot = key.path.rfind('.');
-    if (dot != std::string::npos) EXPECT_TRUE(seen.count(key.path.substr(0, dot))) << key.path << " stands before its table";
+    if (dot != std::string::npos) {
+      EXPECT_TRUE(seen.count(key.path.substr(0, dot))) << key.path << " stands before its table";
+    }
   }
 }
 
