@@ -162,21 +162,21 @@ void beam_case(CaseRun& c) {
   }
   judge_interface(c, o, "short beam", 0.01);
   if (c.quick()) return;
-  for (const int layers : {2, 4, 6, 8}) {
-    BeamScene s;
-    s.layers = layers;
+  const auto study = [&](const char* parameter, double value, BeamScene s) {
     s.end = 5e-4;
     const Outcome q = c.run(s.text());
     const auto spell = spells(resultants(q), 1e-5);
-    c.point("cell size (layers)", layers, spell.empty() ? NAN : std::abs(spell[0].peak / 4.934 - 1), q);
+    c.point(parameter, value, spell.empty() ? NAN : std::abs(spell[0].peak / 4.934 - 1), q);
+  };
+  for (const int layers : {2, 4, 6, 8}) {
+    BeamScene s;
+    s.layers = layers;
+    study("cell size (layers)", layers, s);
   }
   for (const double fraction : {0.9, 0.45, 0.225}) {
     BeamScene s;
     s.fraction = fraction;
-    s.end = 5e-4;
-    const Outcome q = c.run(s.text());
-    const auto spell = spells(resultants(q), 1e-5);
-    c.point("sub-step (fraction of the stable one)", fraction, spell.empty() ? NAN : std::abs(spell[0].peak / 4.934 - 1), q);
+    study("sub-step (fraction of the stable one)", fraction, s);
   }
 }
 
