@@ -90,6 +90,17 @@ if wanted viaduct-impact; then
   judge viaduct-impact "$here/viaduct-impact/evaluate.py" "$out/viaduct-impact"
 fi
 
+if wanted protective-gallery; then
+  run gallery-bare protective-gallery/bare.toml $(span "" "--set simulation.duration=0.01")
+  run gallery-cushion protective-gallery/cushion.toml $(span "" "--set simulation.duration=0.06")
+  judge protective-gallery "$here/protective-gallery/evaluate.py" "$out/gallery-bare" "$out/gallery-cushion"
+fi
+
+if wanted pier-destruction; then
+  run pier-destruction pier-destruction/scene.toml $(span "" "--set simulation.duration=0.2 --set structure.pier.cell_size=0.7")
+  judge pier-destruction "$here/pier-destruction/evaluate.py" "$out/pier-destruction"
+fi
+
 if wanted experiments; then
   judge experiments "$here/experiments/evaluate.py" --talus "$talus" --out "$out/experiments" $reduced
 fi
