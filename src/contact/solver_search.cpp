@@ -115,7 +115,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
   // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper.
-  const auto contradicted = [&] { return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && report.newton > 300; };
+  const auto contradicted = [&] { return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && report.newton > (system.contacts() <= 60 ? 300 : 150); };
   p = best_p;
   if (interior(0.5 * best) || finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.

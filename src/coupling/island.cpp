@@ -134,7 +134,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   const bool still = fastest < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
   const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / h / settings.velocity_scale : 0;
-  settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::clamp(allowed, std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4), settings_.accuracy);
+  settings.tolerance = small ? 1e-12 : still ? 1e-9 : std::max(std::min(allowed, settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
   if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10;
