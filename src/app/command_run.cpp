@@ -1,6 +1,7 @@
 // talus run: reads, builds, steps, records.
 #include <csignal>
 #include <filesystem>
+#include <optional>
 
 #include <unistd.h>
 
@@ -10,6 +11,8 @@
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
 #include "app/progress.hpp"
+#include "app/together.hpp"
+#include "core/ranks.hpp"
 #include "io/checkpoint.hpp"
 #include "io/final_state.hpp"
 #include "io/recorder.hpp"
@@ -147,6 +150,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   const std::string hash = scene_hash(resolved);
   const std::string scene_file = scene.file;
   const bool report = scene.output.report;
+  if (ranks() != nullptr) scene.simulation.threads = 1;   // structures on two threads would not call the other ranks in one order
   std::vector<std::string> reports;   // of the build, before there is a log
   io::Recorder* sink_log = nullptr;
   sim::Simulation simulation(std::move(scene), [&](const std::string& line) {
@@ -168,6 +172,8 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     require_same_scene(directory, hash);
     if (const auto end = finished(directory)) {
       fmt::print("The run in {} has finished: there is nothing to go on with.\n{}{}", directory.string(), *end, end->empty() ? "" : "\n");
+      wait_for_all();
+      if (!writes_files()) return end->empty() ? done : fell_short;
       for (const char* left : {checkpoint_name, "journal.bin"}) fs::remove(directory / left);   // of a kill just after the end
       if (report && !fs::exists(directory / "report.html")) fmt::print("Report: {}\n", io::write_report(directory).string());
       return end->empty() ? done : fell_short;   // the message of a run that ended is that of its audit
@@ -194,36 +200,50 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   }
 
   on_signals(on_signal);   // from here on something is written
-  const io::RecorderOptions recording{directory, scene_file, resolved, true};
-  io::Recorder recorder = resumed ? io::Recorder(recording, position) : io::Recorder(recording, simulation.header());
-  sink_log = &recorder;
-  recorder.log().info(resumed ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"t", simulation.time()}});
-  for (const Problem& warning : warnings) recorder.log().warning("scene", {{"text", warning.str()}});
-  for (const std::string& line : simulation.plan()) recorder.log().info("plan", {{"text", line}});
-  for (const std::string& line : reports) recorder.log().info("report", {{"text", line}});
+  wait_for_all();   // nobody reads any more what is written now
+  const bool writes = writes_files();
+  std::optional<io::Recorder> recorder;
+  if (writes) {
+    const io::RecorderOptions recording{directory, scene_file, resolved, true};
+    if (resumed) recorder.emplace(recording, position);
+    else recorder.emplace(recording, simulation.header());
+    sink_log = &*recorder;
+    JsonLog& log = recorder->log();
+    log.info(resumed ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"t", simulation.time()}});
+    for (const Problem& warning : warnings) log.warning("scene", {{"text", warning.str()}});
+    for (const std::string& line : simulation.plan()) log.info("plan", {{"text", line}});
+    for (const std::string& line : reports) log.info("report", {{"text", line}});
+  }
   if (!resumed)
     for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
-  RecordingSink sink(recorder, hash);
-  const sim::RunResult result = simulation.run(sink, &stop_signal);
-  sink.end_line();
-
+  sim::RunResult result;
+  if (writes) {
+    RecordingSink sink(*recorder, hash);
+    result = simulation.run(sink, &stop_signal);
+    sink.end_line();
+  } else {
+    sim::Sink silent;
+    result = simulation.run(silent, &stop_signal);
+  }
+  const bool ended = result.status == "done" || result.status == "at rest";
+  const sim::Checkpoint last = simulation.save();
+  const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
+  if (!writes) return result.exit_code;
+  save_final_state(directory, last, simulation.time(), hash);
   io::Outcome outcome;
   outcome.status = result.status;
   outcome.message = result.message;
   outcome.counters = result.counters;
   outcome.audit = result.audit;
   outcome.audit_made = result.audit_made;
-  const bool ended = result.status == "done" || result.status == "at rest";
-  save_final_state(directory, simulation.save(), simulation.time(), hash);
-  const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
-  recorder.finish(outcome, ended ? &final_state : nullptr);
+  recorder->finish(outcome, ended ? &final_state : nullptr);
   const sim::RunCounters& n = result.counters;
-  recorder.log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
-                              {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
-                              {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
+  recorder->log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
+                               {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
+                               {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
   // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
   if (ended) {
     std::error_code ignored;
@@ -233,7 +253,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   if (const std::vector<std::string> gone = simulation.departed(); !gone.empty()) {
     const std::string text = fmt::format("{} of the blocks fell past all that could hold them and left the model ({}{}); a larger terrain, or site.widen, would show where they stop.", gone.size(),
                                          fmt::join(gone.begin(), gone.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(gone.size(), 5)), ", "), gone.size() > 5 ? ", ..." : "");
-    recorder.log().warning("departed", {{"text", text}});
+    recorder->log().warning("departed", {{"text", text}});
     fmt::print("{}\n", text);
   }
   if (report && result.exit_code == 128 + SIGTERM)   // whoever sent it waits for the end

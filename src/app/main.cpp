@@ -9,37 +9,17 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/together.hpp"
 #include "io/files.hpp"
 
 namespace talus::app {
 namespace {
-
-int complain(const std::string& text, int code) {
-  std::fflush(stdout);
-  fmt::print(stderr, "{}{}", text, text.empty() || text.back() != '\n' ? "\n" : "");
-  return code;
-}
-
-/// Several ranks would all write the same files.
-void one_rank_only() {
-  for (const char* name : {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE"}) {
-    const char* ranks = std::getenv(name);
-    if (!ranks || std::atoi(ranks) <= 1) continue;
-    Problem problem;
-    problem.key = name;
-    problem.value = ranks;
-    problem.rule = "talus runs on one rank; structures are not divided over ranks";
-    problem.remedy = "start it without mpirun, or with mpirun -n 1";
-    throw InputError(problem);
-  }
-}
 
 int dispatch(const CLI::App& cli, const Options& options) {
   static const std::map<std::string, int (*)(const Options&)> commands{
       {"run", command_run},         {"check", command_check},   {"cut", command_cut},         {"impact", command_impact},
       {"capacity", command_capacity}, {"verify", command_verify}, {"formulas", command_formulas}, {"report", command_report},
       {"convert", command_convert}, {"explain", command_explain}};
-  one_rank_only();
   const auto called = cli.get_subcommands();
   const std::string name = called.empty() ? std::string() : called.front()->get_name();
   if (name == "ensemble") {
@@ -50,7 +30,11 @@ int dispatch(const CLI::App& cli, const Options& options) {
     throw InputError(problem);
   }
   const auto found = commands.find(name);
-  if (found == commands.end()) return complain(cli.help(), bad_input);
+  if (found == commands.end()) {
+    fmt::print(stderr, "{}", cli.help());
+    return bad_input;
+  }
+  require_one_rank(name);
   return found->second(options);
 }
 
@@ -70,7 +54,8 @@ int run(int argc, char** argv) {
     fmt::print("{}", cli->help("", CLI::AppFormatMode::All));
     return done;
   } catch (const CLI::ParseError& error) {
-    return complain(fmt::format("talus: error: {}; see talus --help", error.what()), bad_input);
+    fmt::print(stderr, "talus: error: {}; see talus --help\n", error.what());
+    return bad_input;
   }
   if (options.man) {
     fmt::print("{}", man_page(*cli));
@@ -89,21 +74,25 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace talus;
   std::signal(SIGXFSZ, SIG_IGN);   // a file-size limit is a write error with a message, not a death
+  std::string text;
+  int code = app::numerical_failure;
   try {
-    return app::run(argc, argv);
+    app::start_together();
+    code = app::run(argc, argv);
+    return app::end_together("", code, false);
   } catch (const InputError& error) {
-    std::string text;
     for (const Problem& problem : error.problems()) text += problem.str() + "\n";
     const auto n = error.problems().size();
     if (n > 1) text += fmt::format("{} problems; nothing was written\n", n);
-    return app::complain(text, app::bad_input);
+    code = app::bad_input;
   } catch (const NumericalFailure& error) {
-    return app::complain(fmt::format("talus: {}", error.what()), app::numerical_failure);
+    text = fmt::format("talus: {}", error.what());
   } catch (const io::WriteError& error) {
-    return app::complain(fmt::format("talus: {}; when it can be written again, go on with --resume", error.what()), app::numerical_failure);
+    text = fmt::format("talus: {}; when it can be written again, go on with --resume", error.what());
   } catch (const std::bad_alloc&) {
-    return app::complain("talus: not enough memory; talus check tells how much the scene needs", app::numerical_failure);
+    text = "talus: not enough memory; talus check tells how much the scene needs";
   } catch (const std::exception& error) {
-    return app::complain(fmt::format("talus: internal error: {}", error.what()), app::numerical_failure);
+    text = fmt::format("talus: internal error: {}", error.what());
   }
+  return app::end_together(text, code, true);
 }

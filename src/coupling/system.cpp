@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/ranks.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -429,10 +430,12 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
     if (duration < remaining) duration = remaining / std::ceil(remaining / duration - 1e-9);
     std::string failure;
     const double start = state_.time;
-    if (stop != nullptr && stop->load() != 0) return false;
-    if (!stretch(duration, stop, failure)) {
+    if (agreed(stop) != 0) return false;
+    // Several ranks stop between stretches: within one, each would see the signal at another step.
+    const std::atomic<int>* within = ranks() == nullptr ? stop : nullptr;
+    if (!stretch(duration, within, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
-      if (stop != nullptr && stop->load() != 0) return false;
+      if (within != nullptr && within->load() != 0) return false;
       state_.stretch = 0.5 * duration;
       if (state_.stretch < settings_.step.min_step)
         throw NumericalFailure(fmt::format("t = {:.6g} s: blocks leave their predicted reach at the smallest stretch", state_.time));

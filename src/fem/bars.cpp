@@ -75,9 +75,39 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
     bars_.host_strains(current_, host_);
     bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
   }
-  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), live.data(), slip_ ? slip_->strain() : std::span<const double>{});
+  const bool part = partition_ && !slip_;
+  if (part)
+    for (std::size_t cell = 0; cell < live.size(); ++cell) computed_[cell] = live[cell] && partition_->local_cells()[cell];
+  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), part ? computed_.data() : live.data(),
+                       slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
   for (std::size_t i = 0; i < node_.size(); ++i)
     for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force_[3 * i + c];
+}
+
+void Bars::divide(Partition& partition) {
+  partition_ = &partition;
+  computed_.assign(partition.local_cells().size(), 0);
+}
+
+void Bars::share_motion(AlignedVector& u) {
+  AlignedVector* const field = &u;
+  if (partition_ && slip_) partition_->gather({&field, 1}, node_);
+}
+
+void Bars::share_states() {
+  if (!partition_ || slip_) return;
+  std::vector<double> mine;
+  for (std::size_t k = 0; k < old_.size(); ++k)
+    if (partition_->owns_cell(bars_.segments()[k].cell)) {
+      mine.push_back(static_cast<double>(k));
+      write_state(k, mine);
+    }
+  const std::vector<double> all = partition_->collect(mine);
+  for (std::size_t i = 0; i < all.size(); i += 1 + state_width) read_state(static_cast<std::size_t>(all[i]), &all[i + 1]);
+}
+
+void Bars::mark_nodes(std::vector<char>& touched) const {
+  for (int n : node_) touched[n] = 1;
 }
 
 void Bars::accept() {
@@ -168,24 +198,28 @@ void Bars::snapshot(const double* u, Structure::Snapshot& out) const {
   }
 }
 
+void Bars::write_state(std::size_t k, std::vector<double>& state) const {
+  const auto& s = old_[k];
+  state.insert(state.end(), {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
+}
+
+void Bars::read_state(std::size_t k, const double* from) {
+  auto& s = old_[k];
+  for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]}) *value = *from++;
+}
+
 void Bars::save(std::vector<double>& state) const {
-  for (std::size_t k = 0; k < old_.size(); ++k) {
-    const auto& s = old_[k];
-    state.insert(state.end(), {s.plastic, s.accumulated, s.back_stress, s.yield, s.broken, old_strain_[k]});
-  }
+  for (std::size_t k = 0; k < old_.size(); ++k) write_state(k, state);
   if (slip_) slip_->save(state);
 }
 
 std::size_t Bars::restore(std::span<const double> state) {
-  if (state.size() < 6 * old_.size()) throw NumericalFailure("the saved bars belong to another structure");
-  for (std::size_t k = 0; k < old_.size(); ++k) {
-    auto& s = old_[k];
-    s.plastic = state[6 * k], s.accumulated = state[6 * k + 1], s.back_stress = state[6 * k + 2], s.yield = state[6 * k + 3], s.broken = state[6 * k + 4];
-    old_strain_[k] = state[6 * k + 5];
-  }
+  const std::size_t size = state_width * old_.size();
+  if (state.size() < size) throw NumericalFailure("the saved bars belong to another structure");
+  for (std::size_t k = 0; k < old_.size(); ++k) read_state(k, &state[state_width * k]);
   next_ = old_;
   next_strain_ = old_strain_;
-  return 6 * old_.size() + (slip_ ? slip_->restore(state.subspan(6 * old_.size())) : 0);
+  return size + (slip_ ? slip_->restore(state.subspan(size)) : 0);
 }
 
 }  // namespace talus::fem

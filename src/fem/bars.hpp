@@ -7,6 +7,7 @@
 #include "fem/aligned.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/linear_system.hpp"
+#include "fem/partition.hpp"
 #include "fem/rebar_slip.hpp"
 
 namespace talus::fem {
@@ -21,10 +22,19 @@ class Bars {
   /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for accept().
   void add_forces(const double* u, double h, const std::vector<char>& live, double* f);
   void accept();
+  /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums are those of own cells. With bond
+  /// slip a bar is one piece, and every rank computes all of them; rank 0 counts them.
+  void divide(Partition& partition);
+  /// Current positions and states of all segments on every rank.
+  void share_motion(AlignedVector& u);
+  void share_states();
+  void mark_nodes(std::vector<char>& touched) const;
   void add_mass(double density, std::vector<double>& mass) const;
 
-  double stored() const { return sums_.energy + bond_.energy; }
-  double dissipation() const { return sums_.dissipation + bond_.dissipation; }
+  double stored() const { return counts() ? sums_.energy + bond_.energy : 0; }
+  double dissipation() const { return counts() ? sums_.dissipation + bond_.dissipation : 0; }
+  /// Broken segments of the last evaluation.
+  double broken() const { return counts() ? sums_.broken : 0; }
   bool slips() const { return slip_ != nullptr; }
   std::size_t segments() const { return bars_.segments().size(); }
   std::size_t count() const { return bars_.bars().size(); }
@@ -46,7 +56,11 @@ class Bars {
   std::size_t restore(std::span<const double> state);
 
  private:
+  bool counts() const { return !partition_ || !slip_ || partition_->first_rank(); }
   std::vector<Vec3> positions(const double* u) const;
+  static constexpr std::size_t state_width = 6;   // numbers of one segment's accepted state
+  void write_state(std::size_t segment, std::vector<double>& state) const;
+  void read_state(std::size_t segment, const double* from);
   rebar::EmbeddedBars bars_;
   std::vector<int> node_;                 // the nodes of hosts, compact numbering
   std::vector<Vec3> reference_, current_;
@@ -58,6 +72,8 @@ class Bars {
   std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond
   rebar::SlipField::Sums bond_;
   std::vector<double> host_;
+  Partition* partition_ = nullptr;        // null: all segments here
+  std::vector<char> computed_;
 };
 
 }  // namespace talus::fem

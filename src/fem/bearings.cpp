@@ -117,6 +117,17 @@ std::vector<Spring> Bearings::springs() const {
   return list;
 }
 
+std::vector<int> Bearings::nodes() const {
+  std::vector<int> list;
+  for (const Site& s : sites_) {
+    list.push_back(s.deck_node);
+    list.insert(list.end(), s.cap_node.begin(), s.cap_node.end());
+  }
+  std::sort(list.begin(), list.end());
+  list.erase(std::unique(list.begin(), list.end()), list.end());
+  return list;
+}
+
 void Bearings::save(std::vector<double>& state) const {
   for (const auto& s : old_) state.insert(state.end(), {s.slip[0], s.slip[1], s.lost});
 }

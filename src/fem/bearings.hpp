@@ -27,6 +27,8 @@ class Bearings {
   double stored() const { return energy_; }
   double dissipation() const { return dissipation_; }
   const std::vector<Site>& sites() const { return sites_; }
+  /// All nodes that springs act on.
+  std::vector<int> nodes() const;
   bool holds(std::size_t site) const { return old_[site].lost == 0; }
   /// Linear springs for the stiffness matrix.
   std::vector<Spring> springs() const;

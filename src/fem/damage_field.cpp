@@ -49,7 +49,7 @@ template <class Law>
 class FieldOf final : public DamageField {
   using H = History<Law>;
   using Cell = typename H::Cell;
-  static constexpr std::size_t width = sizeof(Cell) / sizeof(double);
+  static constexpr std::size_t cell_width = sizeof(Cell) / sizeof(double);
   static_assert(sizeof(Cell) % sizeof(double) == 0);
 
  public:
@@ -66,6 +66,7 @@ class FieldOf final : public DamageField {
     if (!result.grew) return false;
     slot_[cell] = static_cast<int>(cells_.size());
     cells_.push_back(cell);
+    joined_.push_back(evaluation_);
     geometry_.push_back(g);
     old_.push_back(none);
     next_.push_back(next);
@@ -76,6 +77,7 @@ class FieldOf final : public DamageField {
 
   void add_forces(const double* u, const double* v, double* f) override {
     double force[24];
+    ++evaluation_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       result_[i] = evaluate(geometry_[i], u, v, old_[i], next_[i], force);
       add(geometry_[i], force, f);
@@ -88,29 +90,20 @@ class FieldOf final : public DamageField {
     evaluate(geometry_[i], u, nullptr, old_[i], next, force);
   }
 
-  void accept() override { old_ = next_; }
+  void accept() override {
+    old_ = next_;
+    accepted_ = evaluation_;
+  }
 
   std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const override {
     std::vector<int> list;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
+      if (!own(cells_[i])) continue;
       bool all = result_[i].largest_strain * std::cbrt(geometry_[i].volume) > opening && (kept.empty() || !kept[cells_[i]]);
       for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
       if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
     }
     return list;
-  }
-
-  void remove(int cell) override {
-    const int at = slot_[cell], last = static_cast<int>(cells_.size()) - 1;
-    if (at < 0) return;
-    // Keep the order of joining: sums over the cells stay in one order.
-    cells_.erase(cells_.begin() + at);
-    geometry_.erase(geometry_.begin() + at);
-    old_.erase(old_.begin() + at);
-    next_.erase(next_.begin() + at);
-    result_.erase(result_.begin() + at);
-    slot_[cell] = -1;
-    for (int i = at; i < last; ++i) slot_[cells_[i]] = i;
   }
 
   double tension(int cell) const override {
@@ -143,32 +136,52 @@ class FieldOf final : public DamageField {
   }
 
   void save(std::vector<double>& state) const override {
-    state.push_back(static_cast<double>(cells_.size()));
-    for (std::size_t i = 0; i < cells_.size(); ++i) {
+    const std::size_t count = accepted_count();
+    state.push_back(static_cast<double>(count));
+    for (std::size_t i = 0; i < count; ++i) {
       state.push_back(cells_[i]);
-      const double* d = reinterpret_cast<const double*>(&old_[i]);
-      state.insert(state.end(), d, d + width);
+      state.insert(state.end(), numbers(i), numbers(i) + cell_width);
     }
   }
 
   std::size_t restore(std::span<const double> state) override {
     std::fill(slot_.begin(), slot_.end(), -1);
-    cells_.clear(), geometry_.clear(), old_.clear(), next_.clear(), result_.clear();
+    cells_.clear(), joined_.clear(), geometry_.clear(), old_.clear(), next_.clear(), result_.clear();
     const std::size_t count = state.empty() ? 0 : static_cast<std::size_t>(state[0]);
-    if (state.size() < 1 + (1 + width) * count) throw NumericalFailure("the saved damage belongs to another structure");
+    if (state.size() < 1 + (1 + cell_width) * count) throw NumericalFailure("the saved damage belongs to another structure");
     for (std::size_t i = 0; i < count; ++i) {
-      const double* from = &state[1 + (1 + width) * i];
+      const double* from = &state[1 + (1 + cell_width) * i];
       const int cell = static_cast<int>(from[0]);
+      if (local_ && !(*local_)[cell]) continue;
       Cell d;
       std::memcpy(static_cast<void*>(&d), from + 1, sizeof d);
-      slot_[cell] = static_cast<int>(i);
+      slot_[cell] = static_cast<int>(cells_.size());
       cells_.push_back(cell);
+      joined_.push_back(static_cast<long>(i));
       geometry_.push_back(law_geometry(*mesh_, cell));
       old_.push_back(d);
       next_.push_back(d);
       result_.emplace_back();
     }
-    return 1 + (1 + width) * count;
+    evaluation_ = accepted_ = static_cast<long>(count);
+    return 1 + (1 + cell_width) * count;
+  }
+
+ protected:
+  std::size_t width() const override { return cell_width; }
+  const double* numbers(std::size_t i) const override { return reinterpret_cast<const double*>(&old_[i]); }
+
+  void remove_if(const std::function<bool(int)>& gone) override {
+    // Keep the order of joining: sums over the cells stay in one order.
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      const int cell = cells_[i];
+      slot_[cell] = gone(cell) ? -1 : static_cast<int>(kept);
+      if (slot_[cell] < 0) continue;
+      if (kept != i) cells_[kept] = cell, joined_[kept] = joined_[i], geometry_[kept] = geometry_[i], old_[kept] = old_[i], next_[kept] = next_[i], result_[kept] = result_[i];
+      ++kept;
+    }
+    cells_.resize(kept), joined_.resize(kept), geometry_.resize(kept), old_.resize(kept), next_.resize(kept), result_.resize(kept);
   }
 
  private:
@@ -240,19 +253,55 @@ LawGeometry law_geometry(const HexMesh& mesh, int cell) {
   return g;
 }
 
+void DamageField::restrict_to(const std::vector<char>& local, const std::vector<char>& own) {
+  local_ = &local;
+  own_ = &own;
+  remove_if([&](int cell) { return !local[cell]; });
+}
+
+std::vector<int> DamageField::drop_unaccepted() {
+  const std::vector<int> gone(cells_.begin() + static_cast<std::ptrdiff_t>(accepted_count()), cells_.end());
+  if (!gone.empty()) remove_if([&](int cell) { return joined_[slot_[cell]] > accepted_; });
+  return gone;
+}
+
+void DamageField::save_records(std::vector<double>& records) const {
+  for (std::size_t i = 0; i < accepted_count(); ++i) {
+    if (!own(cells_[i])) continue;
+    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(cells_[i])});
+    records.insert(records.end(), numbers(i), numbers(i) + width());
+  }
+}
+
+std::vector<double> DamageField::state_of(std::span<const double> records) const {
+  const std::size_t length = 2 + width(), count = records.size() / length;
+  std::vector<std::size_t> order(count);
+  for (std::size_t i = 0; i < count; ++i) order[i] = i * length;
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return records[a] != records[b] ? records[a] < records[b] : records[a + 1] < records[b + 1];
+  });
+  std::vector<double> state{static_cast<double>(count)};
+  state.reserve(1 + count * (length - 1));
+  for (std::size_t at : order) state.insert(state.end(), records.begin() + static_cast<std::ptrdiff_t>(at + 1), records.begin() + static_cast<std::ptrdiff_t>(at + length));
+  return state;
+}
+
 double DamageField::stored() const {
   double sum = 0;
-  for (const LawResult& r : result_) sum += r.energy;
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    if (own(cells_[i])) sum += result_[i].energy;
   return sum;
 }
 double DamageField::dissipation() const {
   double sum = 0;
-  for (const LawResult& r : result_) sum += r.dissipation;
+  for (std::size_t i = 0; i < cells_.size(); ++i)
+    if (own(cells_[i])) sum += result_[i].dissipation;
   return sum;
 }
 double DamageField::largest() const {
   double most = 0;
-  for (int cell : cells_) most = std::max({most, tension(cell), compression(cell)});
+  for (int cell : cells_)
+    if (own(cell)) most = std::max({most, tension(cell), compression(cell)});
   return most;
 }
 

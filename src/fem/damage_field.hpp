@@ -12,6 +12,8 @@
 ///
 /// The laws: material::ConcreteDamage ("concrete") and material::Cdpm2 ("concrete-cdpm2").
 #pragma once
+#include <algorithm>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -45,6 +47,9 @@ class DamageField {
  public:
   virtual ~DamageField() = default;
 
+  /// Keeps from now on only the histories of local cells; sums and lists are those of own cells. Both masks must outlive the field.
+  void restrict_to(const std::vector<char>& local, const std::vector<char>& own);
+
   /// Within these no point of a cell without history can start to damage.
   virtual ElasticLimits elastic_limits() const = 0;
   bool has(int cell) const { return slot_[cell] >= 0; }
@@ -57,32 +62,50 @@ class DamageField {
   /// Force on the eight nodes of a cell with history (24 numbers, node by node) at u, from the accepted states; nothing is kept.
   virtual void force_of(int cell, const double* u, double* force) const = 0;
   virtual void accept() = 0;
-  /// Cells to erode by the last evaluation: a strain (Frobenius norm) above `limit`, or all points at the cap and a strain that
-  /// opens the cell by more than `opening` [m]; `kept` cells (hosts of bars that hold) only by the first.
+  /// Forgets the cells that joined since accept(), and returns them: an evaluation starts from accepted histories alone, so that its bits
+  /// do not depend on how often the state has been asked for its forces before.
+  std::vector<int> drop_unaccepted();
+  /// Own cells to erode by the last evaluation, in any order: a strain (Frobenius norm) above `limit`, or all points at the cap and a
+  /// strain that opens the cell by more than `opening` [m]; `kept` cells (hosts of bars that hold) only by the first.
   virtual std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const = 0;
-  virtual void remove(int cell) = 0;
+  void remove(int cell) {
+    if (has(cell)) remove_if([cell](int c) { return c == cell; });
+  }
 
-  double stored() const;               // of the last evaluation [J]
-  double dissipation() const;          // of the last evaluation, since the last accepted states [J]
+  double stored() const;               // of the last evaluation, own cells [J]
+  double dissipation() const;          // of the last evaluation, since the last accepted states, own cells [J]
   double stored(int cell) const { return result_[slot_[cell]].energy; }
   /// Damage over the points of a cell, accepted states; zero without history.
   virtual double tension(int cell) const = 0;        // largest
   virtual double tension_least(int cell) const = 0;
   virtual double compression(int cell) const = 0;    // largest
-  double largest() const;
+  double largest() const;              // of own cells
   /// Crack band width times the largest principal value of the cell's mean inelastic strain at u; zero without damage in tension [m].
   virtual double crack_width(int cell, const double* u) const = 0;
 
+  /// Accepted histories. A cell that joined since then is left out: it joins again, with the same bits in the forces.
   virtual void save(std::vector<double>& state) const = 0;
   virtual std::size_t restore(std::span<const double> state) = 0;
+  /// Own accepted histories as records, and the state that save() would give if the field held all of `records`, from any ranks in any order.
+  void save_records(std::vector<double>& records) const;
+  std::vector<double> state_of(std::span<const double> records) const;
 
  protected:
+  virtual std::size_t width() const = 0;   // numbers of one history
+  virtual const double* numbers(std::size_t i) const = 0;
+  virtual void remove_if(const std::function<bool(int)>& gone) = 0;
+  std::size_t accepted_count() const { return static_cast<std::size_t>(std::upper_bound(joined_.begin(), joined_.end(), accepted_) - joined_.begin()); }
+  bool own(int cell) const { return !own_ || (*own_)[cell]; }
   DamageField(const HexMesh& mesh, bool finite) : mesh_(&mesh), finite_(finite), slot_(mesh.hexes.size(), -1) {}
 
   const HexMesh* mesh_;
   bool finite_;
   std::vector<int> slot_;              // per cell, -1: no history
   std::vector<int> cells_;             // in the order of joining
+  std::vector<long> joined_;           // at which evaluation; in one and the same, cells are ascending
+  long evaluation_ = 0, accepted_ = 0; // the present one; the last whose states were accepted
+  const std::vector<char>* local_ = nullptr;  // null: all
+  const std::vector<char>* own_ = nullptr;
   std::vector<LawGeometry> geometry_;
   std::vector<LawResult> result_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 namespace talus::fem {
 
@@ -41,12 +42,15 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
   pack.shape = shape;
   pack.groups = (static_cast<long>(cells.size()) + w - 1) / w;
   const long lanes = pack.groups * w;
+  pack.runs.assign(pack.groups > 0 ? 1 : 0, {0, pack.groups});
   pack.cells.assign(lanes, -1);
   pack.nodes.resize(lanes * 8);
   pack.geometry.resize(lanes * numbers * points);
   pack.scale.assign(lanes, 0.0);
   pack.energy.assign(lanes, 0.0);
   pack.bound.assign(lanes, 0.0);
+  pack.local.assign(lanes, 1);
+  pack.own.assign(lanes, 1);
   if (viscosity) {
     pack.mean.assign(lanes * 24, 0.0);
     pack.volume.assign(lanes, 1.0);
@@ -107,7 +111,10 @@ void ElementOperator::add_internal_force(const double* u, double* f, bool finite
     if (pack.groups == 0) continue;
     KernelArguments k = arguments(pack, shear_, bulk_, finite, u, f);
     if (measures) k.energy = pack.energy.data(), k.bound = pack.bound.data(), k.limits = limits;
-    kernels().internal_force(k);
+    for (const auto& run : pack.runs) {
+      std::tie(k.first, k.last) = run;
+      kernels().internal_force(k);
+    }
   }
 }
 
@@ -129,11 +136,36 @@ void ElementOperator::add_bulk_viscosity(const double* v, double* f, double dens
     k.scale = pack.scale.data();
     k.v = v;
     k.f = f;
-    k.last = pack.groups;
     k.density = density;
     k.wave_speed = wave_speed;
-    kernels().bulk_viscosity(k);
+    for (const auto& run : pack.runs) {
+      std::tie(k.first, k.last) = run;
+      kernels().bulk_viscosity(k);
+    }
   }
+}
+
+void ElementOperator::restrict_to(const std::vector<char>& local, const std::vector<char>& own) {
+  const long w = kernels().width;
+  for (ElementPack& pack : pack_) {
+    pack.runs.clear();
+    for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane) {
+      const int cell = pack.cells[lane];
+      pack.local[lane] = cell >= 0 && local[cell];
+      pack.own[lane] = cell >= 0 && own[cell];
+      if (!pack.local[lane]) continue;
+      const long group = lane / w;
+      if (pack.runs.empty() || pack.runs.back().second < group) pack.runs.emplace_back(group, group + 1);
+      else pack.runs.back().second = group + 1;
+    }
+  }
+}
+
+void ElementOperator::mark_nodes(std::vector<char>& touched) const {
+  const long per_group = 8L * kernels().width;
+  for (const ElementPack& pack : pack_)
+    for (const auto& [first, last] : pack.runs)
+      for (long i = first * per_group; i < last * per_group; ++i) touched[static_cast<std::size_t>(pack.nodes[i]) / 4] = 1;
 }
 
 void ElementOperator::set_on(int cell, bool on) {
@@ -145,7 +177,8 @@ void ElementOperator::set_on(int cell, bool on) {
 double ElementOperator::total_energy() const {
   double sum = 0;
   for (const ElementPack& pack : pack_)
-    for (double e : pack.energy) sum += e;
+    for (std::size_t lane = 0; lane < pack.energy.size(); ++lane)
+      if (pack.own[lane]) sum += pack.energy[lane];
   return sum;
 }
 
@@ -153,7 +186,7 @@ void ElementOperator::cells_above(double limit, std::vector<int>& cells) const {
   cells.clear();
   for (const ElementPack& pack : pack_)
     for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane)
-      if (pack.bound[lane] > limit) cells.push_back(pack.cells[lane]);
+      if (pack.bound[lane] > limit && pack.local[lane]) cells.push_back(pack.cells[lane]);
   std::sort(cells.begin(), cells.end());
 }
 

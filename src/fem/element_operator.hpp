@@ -4,6 +4,7 @@
 /// with another list. All sums run in a fixed order: the result does not depend on the number of threads.
 #pragma once
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "fem/aligned.hpp"
@@ -20,11 +21,19 @@ struct ElementPack {
   AlignedVector geometry, scale, energy, bound;
   AlignedVector mean, volume, length;   // for the bulk viscosity; empty unless asked for
   long groups = 0;
+  std::vector<std::pair<long, long>> runs;  // ranges of groups that are computed
+  std::vector<char> local, own;         // per lane: computed here; counts in sums here
 };
 
 class ElementOperator {
  public:
   ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity);
+
+  /// Computes from now on only the groups that hold a local cell; energies are those of own cells. The groups stay as they are, so that
+  /// the sums at a node whose cells are all local keep their bits; what is added at other nodes is meaningless.
+  void restrict_to(const std::vector<char>& local, const std::vector<char>& own);
+  /// Marks the nodes that forces are added to.
+  void mark_nodes(std::vector<char>& touched) const;
 
   /// f += internal force of all cells that are on; measures: energies, and bounds that the limits of a law may rule out.
   void add_internal_force(const double* u, double* f, bool finite, bool measures, const ElasticLimits* limits = nullptr);
@@ -37,7 +46,7 @@ class ElementOperator {
   double energy(int cell) const { return pack_[where_[cell].pack].energy[where_[cell].lane]; }
   double bound(int cell) const { return pack_[where_[cell].pack].bound[where_[cell].lane]; }
   double total_energy() const;
-  /// Cells whose bound of the last call with measures exceeds `limit`, ascending.
+  /// Local cells whose bound of the last call with measures exceeds `limit`, ascending.
   void cells_above(double limit, std::vector<int>& cells) const;
   double shear() const { return shear_; }
   double bulk() const { return bulk_; }

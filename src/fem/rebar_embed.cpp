@@ -213,7 +213,7 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
 
 EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
                                         std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive,
-                                        std::span<const double> slip_strain) const {
+                                        std::span<const double> slip_strain, const char* counted) const {
   Sums sums;
   for (std::size_t k = 0; k < segments_.size(); ++k) {
     const Segment& s = segments_[k];
@@ -235,12 +235,14 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
     const bool was_broken = old[k].broken > 0;
     const auto r = laws_[s.bar](strain, rate, old[k], next[k]);
     next_strain[k] = strain;
-    const double volume = s.area * s.length;
-    sums.energy += volume * r.energy;
-    sums.dissipation += volume * r.dissipation;
-    if (!was_broken) sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
-    sums.yielding += next[k].accumulated > 0;
-    sums.broken += next[k].broken > 0;
+    if (!counted || counted[s.cell]) {
+      const double volume = s.area * s.length;
+      sums.energy += volume * r.energy;
+      sums.dissipation += volume * r.dissipation;
+      if (!was_broken) sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
+      sums.yielding += next[k].accumulated > 0;
+      sums.broken += next[k].broken > 0;
+    }
     if (r.stress == 0) continue;
     const Vec3 f = (s.area * r.stress / l) * d;
     for (int i = 0; i < 8; ++i)

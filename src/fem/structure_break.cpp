@@ -41,14 +41,18 @@ void FemStructure::switch_off(int cell) {
   live_[cell] = 0;
   operator_->set_on(cell, false);
   if (damage_) damage_->remove(cell);
+  damage_shared_ = !partition_;
   for (int n : mesh_.hexes[cell]) --cells_at_node_[n];
 }
 
 /// Removes cells: their stored energy is booked, and the mass of their nodes stays where other cells hold it. A node without cells would
 /// fly on for ever: its mass is dust, and leaves with its energy. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
-  for (int cell : cells) {
-    const double energy = cell_energy(cell);
+  share_motion();
+  const std::vector<double> energies = cell_energies(cells);
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    const int cell = cells[k];
+    const double energy = energies[k];
     books_.eroded_energy += energy;
     stored_half_ -= energy;
     switch_off(cell);
@@ -58,28 +62,30 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
   for (int cell : cells)
     for (int n : mesh_.hexes[cell]) {
       if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
-      const Vec3 v = node_velocity(n);
-      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm() - mass_[n] * gravity_.dot(node_position(n) - 0.5 * h_last_ * v);
+      const Vec3 v = velocity(n);
+      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm() - mass_[n] * gravity_.dot(position(n) - 0.5 * h_last_ * v);
       dust_mass_ += mass_[n];
       dust_momentum_ += mass_[n] * v;
-      dust_spin_ += mass_[n] * node_position(n).cross(v);
+      dust_spin_ += mass_[n] * position(n).cross(v);
       remove_node(n);
     }
 }
 
 void FemStructure::remove_node(int n) {
   mass_[n] = 0;
+  weights_valid_ = false;
   for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = 0, v_[4 * n + c] = 0;
 }
 
-void FemStructure::erode() {
+std::vector<int> FemStructure::spent_cells() const {
   std::vector<int> cells = damage_->spent(strain_limit, open_gap, {});
-  if (!cells.empty() && bars_) {
-    std::vector<char> kept(live_.size(), 0);
-    bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
-    cells = damage_->spent(strain_limit, open_gap, kept);
-  }
-  if (cells.empty()) return;
+  if (cells.empty() || !bars_) return cells;
+  std::vector<char> kept(live_.size(), 0);
+  bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
+  return damage_->spent(strain_limit, open_gap, kept);
+}
+
+void FemStructure::erode(const std::vector<int>& cells) {
   drop_orphans(cells);
   ++breaks_;
   rebuild_skin();
@@ -90,8 +96,11 @@ std::vector<Fragment> FemStructure::take_fragments() {
   // Only when cracks or bearings changed: count what may cut.
   const auto count = [&] {
     long cuts = breaks_ * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
+    double cracked = 0;
     if (damage_)
-      for (int cell : damage_->cells()) cuts += damage_->tension_least(cell) > cut_damage ? 1 : 0;
+      for (int cell : damage_->cells()) cracked += own_cell(cell) && damage_->tension_least(cell) > cut_damage ? 1 : 0;
+    sum({&cracked, 1});
+    cuts += static_cast<long>(cracked);
     if (bearings_)
       for (std::size_t i = 0; i < bearings_->sites().size(); ++i) cuts += bearings_->holds(i) ? 0 : 1;
     return cuts;
@@ -99,6 +108,8 @@ std::vector<Fragment> FemStructure::take_fragments() {
   const long cuts = count();
   if (cuts == cuts_seen_) return {};
   cuts_seen_ = cuts;
+  share_motion();
+  const DamageField* cracks = damage_ ? &history() : nullptr;
   if (neighbours_.empty()) neighbours_ = neighbours(mesh_);
 
   const int cells = static_cast<int>(mesh_.hexes.size());
@@ -140,8 +151,8 @@ std::vector<Fragment> FemStructure::take_fragments() {
     for (int face = 0; face < 6; ++face) {
       const int other = neighbours_[cell][face];
       if (other < cell || !live_[other]) continue;
-      const bool cut = damage_ && damage_->has(cell) && damage_->has(other) && damage_->tension_least(cell) > cut_damage &&
-                       damage_->tension_least(other) > cut_damage && opening(cell, other, face) > cut_opening;
+      const bool cut = cracks && cracks->has(cell) && cracks->has(other) && cracks->tension_least(cell) > cut_damage &&
+                       cracks->tension_least(other) > cut_damage && opening(cell, other, face) > cut_opening;
       if (!cut) join(cell, other);
     }
   }
@@ -210,10 +221,10 @@ std::vector<Fragment> FemStructure::take_fragments() {
 Fragment FemStructure::detach(const std::vector<int>& cells) {
   Fragment f;
   std::map<int, double> share;  // node -> mass that leaves
+  for (const double energy : cell_energies(cells)) f.elastic += energy;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(cell);
     for (int a = 0; a < 8; ++a) share[mesh_.hexes[cell][a]] += m[a];
-    f.elastic += cell_energy(cell);
     detached_volume_ += cell_mass_[cell] / spec_.density;
   }
   for (auto& [n, m] : share) {
@@ -221,18 +232,18 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
     int inside = 0;
     for (int cell : cells) inside += std::count(mesh_.hexes[cell].begin(), mesh_.hexes[cell].end(), n) > 0;
     if (inside == cells_at_node_[n]) m = mass_[n];
-    const Vec3 x = node_position(n), v = node_velocity(n);
+    const Vec3 x = position(n), v = velocity(n);
     f.mass += m;
     f.centroid += m * x;
     f.linear_momentum += m * v;
     f.kinetic += 0.5 * m * v.squaredNorm();
   }
   f.centroid /= f.mass;
-  for (const auto& [n, m] : share) f.angular_momentum += m * (node_position(n) - f.centroid).cross(node_velocity(n));
+  for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
   const ClosedSurface surface = close_surface(skin(mesh_, only));
-  for (int n : surface.node) f.vertices.push_back(node_position(n));
+  for (int n : surface.node) f.vertices.push_back(position(n));
   for (const auto& v : surface.quad) {
     f.triangles.push_back({v[0], v[1], v[2]});
     f.triangles.push_back({v[0], v[2], v[3]});
@@ -244,6 +255,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
       continue;
     }
     mass_[n] -= m;
+    weights_valid_ = false;
     for (int c = 0; c < 3; ++c)
       if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
   }

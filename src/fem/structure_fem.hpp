@@ -28,6 +28,7 @@
 #include "fem/hex_mesh.hpp"
 #include "fem/linear_system.hpp"
 #include "fem/members.hpp"
+#include "fem/partition.hpp"
 #include "fem/setup.hpp"
 
 namespace talus::fem {
@@ -95,12 +96,30 @@ class FemStructure : public Structure {
   LinearSolver& multigrid();
   // structure_step.cpp
   void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
-  void external_force(double t, AlignedVector& f) const;
+  void external_force(double t);          // writes f_ext_
   void explicit_steps(double t, double duration);
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
   void moved();                      // the state changed: caches are stale
   double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
+  Vec3 position(int n) const { return mesh_.nodes[n] + Vec3(u_[4 * n], u_[4 * n + 1], u_[4 * n + 2]); }
+  Vec3 velocity(int n) const { return {v_[4 * n], v_[4 * n + 1], v_[4 * n + 2]}; }
+  // structure_ranks.cpp: with several ranks, all of them call these together; with one they do nothing
+  void divide();
+  void watch();                      // finds the nodes that others ask for
+  bool first_rank() const { return !partition_ || partition_->first_rank(); }
+  bool own_node(int n) const { return !partition_ || partition_->owns_node(n); }
+  bool own_cell(int cell) const { return !partition_ || partition_->owns_cell(cell); }
+  void sum(std::span<double> values) const;
+  double largest(double value) const;
+  void motion_changed();             // u_, v_ and histories are those of own nodes and cells
+  void share_skin() const;           // u_, v_ on the skin and at probes
+  void share_prediction() const;     // v_hat_ there
+  void share_motion() const;         // u_, v_ everywhere
+  void share_bars() const;
+  const DamageField& history() const;   // with the histories of all cells; energies only of the field itself
+  std::vector<int> joined(const std::vector<int>& cells) const;   // lists of all ranks, ascending
+  std::vector<double> cell_energies(const std::vector<int>& cells) const;
   // structure_linear.cpp
   LinearDynamics& linear_dynamics();
   void synchronise(double t);
@@ -117,7 +136,8 @@ class FemStructure : public Structure {
   void switch_off(int cell);
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
-  void erode();
+  std::vector<int> spent_cells() const;   // own cells to erode
+  void erode(const std::vector<int>& cells);
   Fragment detach(const std::vector<int>& cells);
   // structure_output.cpp
   void rebuild_skin();
@@ -154,6 +174,14 @@ class FemStructure : public Structure {
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
 
+  // several ranks
+  std::unique_ptr<Partition> partition_;   // null: all on this process
+  std::vector<NodeRange> own_, touched_;   // nodes of this rank; those that forces are added to
+  std::vector<int> watched_;               // nodes of skin and probes
+  mutable std::unique_ptr<DamageField> all_damage_;
+  double bars_broken_ = 0;                 // segments, as of the last step
+  mutable bool skin_shared_ = true, prediction_shared_ = true, motion_shared_ = true, bars_shared_ = true, damage_shared_ = true;
+
   // state
   std::vector<char> live_;           // cells
   std::vector<double> mass_;
@@ -178,8 +206,10 @@ class FemStructure : public Structure {
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
   AlignedVector inverse_mass_;       // nodes x 4, 0 where held
   AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
-  bool forces_valid_ = false;
-  double forces_time_ = 0, stored_now_ = 0;
+  bool forces_valid_ = false, weights_valid_ = false;
+  double forces_time_ = 0;
+  double stored_part_ = 0;           // elastic energy now, this rank's part
+  std::vector<int> struck_;          // nodes with an entry in contact_impulse_
   std::vector<SkinQuad> skin_;
   std::vector<int> skin_node_;       // surface vertex -> node, the first ones
   mutable TriangleSurface surface_;

@@ -88,8 +88,10 @@ std::vector<double> FemStructure::frequencies(int count) {
 void FemStructure::synchronise(double t) {
   if (h_last_ == 0) return;
   forces(t);
-  for (std::size_t i = 0; i < v_.size(); ++i) v_[i] += 0.5 * h_last_ * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
+  for (const auto& [first, last] : own_)
+    for (int i = 4 * first; i < 4 * last; ++i) v_[i] += 0.5 * h_last_ * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
   h_last_ = 0;
+  motion_changed();
   surface_stale_ = true;
 }
 
@@ -99,6 +101,7 @@ bool FemStructure::enter_modal(double t, bool forced) {
   const int n = dofs_.size;
   const double before = mechanical_energy();
   synchronise(t);
+  share_motion();
   for (int k = 0; k < l.factor.size(); ++k) l.factor[k] = loads_[k].factor(t);
   VecX u(n), v(n);
   gather(dofs_, u_, u);
@@ -188,6 +191,7 @@ void FemStructure::implicit_steps(double t, double duration) {
   const int n = dofs_.size;
   const double before = mechanical_energy();
   synchronise(t);
+  share_motion();
   const GeneralizedAlpha g(0.8);
   const double largest = 2 * M_PI / l.modes.omega[0] / 100;
   const long steps = std::max(1L, static_cast<long>(std::ceil(duration / largest * (1 - 1e-12))));
@@ -200,7 +204,7 @@ void FemStructure::implicit_steps(double t, double duration) {
   }
   VecX u(n), v(n), a(n), external(n), internal(n), next_a(n), rhs(n), f(n);
   const auto loading = [&](double time) {
-    external_force(time, f_ext_);
+    external_force(time);
     gather(dofs_, f_ext_, f);
   };
   gather(dofs_, u_, u);

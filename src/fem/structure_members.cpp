@@ -51,6 +51,8 @@ void FemStructure::set_members() {
 
 std::vector<MemberState> FemStructure::member_states() const {
   if (member_states_.empty() && !members_.empty()) {
+    share_motion();
+    share_bars();
     AlignedVector force(u_.size(), 0.0);
     for (std::size_t k = 0; k < members_.size(); ++k) member_states_.push_back(member_state(k, force));
   }
@@ -66,7 +68,7 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
     const Cut& cut = m.place.cuts[i];
     std::vector<int> elastic;
     for (int cell : cut.cells) {
-      if (!live_[cell]) continue;
+      if (!live_[cell] || !own_cell(cell)) continue;
       if (!damage_ || !damage_->has(cell)) {
         elastic.push_back(cell);
         continue;
@@ -77,25 +79,28 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
         for (int c = 0; c < 3; ++c) force[4 * mesh_.hexes[cell][a] + c] += f[3 * a + c];
     }
     operator_->add_internal_force_of(elastic, u_.data(), force.data(), finite_, 1);
-    if (bars_) bars_->add_forces_of(m.cut_segments[i], u_.data(), live_, force.data());
+    if (bars_ && first_rank()) bars_->add_forces_of(m.cut_segments[i], u_.data(), live_, force.data());
     const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(cut.nodes, u_);
-    Vec3 sum = Vec3::Zero(), moment = Vec3::Zero();
+    Vec3 total = Vec3::Zero(), moment = Vec3::Zero();
     for (int n : cut.above) {
       const Vec3 f(force[4 * n], force[4 * n + 1], force[4 * n + 2]);
-      sum += f;
-      moment += (node_position(n) - centre).cross(f);
+      total += f;
+      moment += (position(n) - centre).cross(f);
     }
+    sum({total.data(), 3});
+    sum({moment.data(), 3});
     for (int n : cut.nodes) std::fill_n(&force[4 * static_cast<std::size_t>(n)], 4, 0.0);
-    state.axial.push_back(-sum.dot(z));
-    state.shear.push_back({sum.dot(x), sum.dot(y)});
+    state.axial.push_back(-total.dot(z));
+    state.shear.push_back({total.dot(x), total.dot(y)});
     state.moment.push_back({moment.dot(x), moment.dot(y)});
   }
   const Vec3 drift = mean_displacement(m.place.top, u_) - mean_displacement(m.place.foot, u_);
   state.drift = {drift.dot(x), drift.dot(y)};
   for (int cell : m.place.cells) {
     if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
-    else if (damage_) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
+    else if (damage_ && own_cell(cell)) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
   }
+  state.crack_width = largest(state.crack_width);
   if (bars_) {
     const Bars::Counts bars = bars_->count(m.segments);
     state.bars_yielded = bars.yielded;

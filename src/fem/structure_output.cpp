@@ -37,14 +37,16 @@ void FemStructure::rebuild_skin() {
   }
   ++s.revision;
   surface_stale_ = true;
+  if (partition_) watch();
 }
 
 const TriangleSurface& FemStructure::surface() const {
   if (surface_stale_) {
+    share_skin();
     for (std::size_t i = 0; i < surface_.vertices.size(); ++i) {
       const auto& from = surface_.nodes[i];
       Vec3 x = Vec3::Zero(), v = Vec3::Zero();
-      for (int k = 0; k < from.count; ++k) x += from.weight[k] * node_position(from.node[k]), v += from.weight[k] * node_velocity(from.node[k]);
+      for (int k = 0; k < from.count; ++k) x += from.weight[k] * position(from.node[k]), v += from.weight[k] * velocity(from.node[k]);
       surface_.vertices[i] = x;
       surface_.velocities[i] = v;
     }
@@ -58,28 +60,44 @@ double FemStructure::node_mass(int node) const {
   return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : mass_[node];
 }
 
-Vec3 FemStructure::node_position(int node) const { return mesh_.nodes[node] + Vec3(u_[4 * node], u_[4 * node + 1], u_[4 * node + 2]); }
-Vec3 FemStructure::node_velocity(int node) const { return {v_[4 * node], v_[4 * node + 1], v_[4 * node + 2]}; }
-Vec3 FemStructure::predicted_velocity(int node) const { return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]}; }
+Vec3 FemStructure::node_position(int node) const {
+  share_skin();
+  return position(node);
+}
+Vec3 FemStructure::node_velocity(int node) const {
+  share_skin();
+  return velocity(node);
+}
+Vec3 FemStructure::predicted_velocity(int node) const {
+  share_prediction();
+  return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]};
+}
 std::array<bool, 3> FemStructure::node_held(int node) const { return supports_.held[node]; }
 
 StructureEnergy FemStructure::energy() const {
-  StructureEnergy e = books_;
-  e.elastic = stored_half_;
+  double kinetic = 0, potential = 0, stored = 0;
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  for (const auto& [first, last] : own_)
+    for (int i = first; i < last; ++i) {
+      const Vec3 v = velocity(i);
+      const Vec3 x = position(i) - 0.5 * h_last_ * v;  // at the half step, where the velocities live
+      kinetic += 0.5 * mass_[i] * v.squaredNorm();
+      potential -= mass_[i] * gravity_.dot(x);
+      linear += mass_[i] * v;
+      angular += mass_[i] * x.cross(v);
+    }
   if (h_last_ == 0) {
     const_cast<FemStructure*>(this)->forces(time_);
-    e.elastic = stored_now_;
+    stored = stored_part_;
   }
-  for (std::size_t i = 0; i < mass_.size(); ++i) {
-    const Vec3 v = node_velocity(static_cast<int>(i));
-    const Vec3 x = node_position(static_cast<int>(i)) - 0.5 * h_last_ * v;  // at the half step, where the velocities live
-    e.kinetic += 0.5 * mass_[i] * v.squaredNorm();
-    e.gravity_potential -= mass_[i] * gravity_.dot(x);
-    e.linear_momentum += mass_[i] * v;
-    e.angular_momentum += mass_[i] * x.cross(v);
-  }
-  e.linear_momentum += dust_momentum_;
-  e.angular_momentum += dust_spin_;
+  std::array<double, 9> all{kinetic, potential, stored, linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]};
+  sum(all);
+  StructureEnergy e = books_;
+  e.kinetic = all[0];
+  e.gravity_potential = all[1];
+  e.elastic = h_last_ == 0 ? all[2] : stored_half_;
+  e.linear_momentum = Vec3(&all[3]) + dust_momentum_;
+  e.angular_momentum = Vec3(&all[6]) + dust_spin_;
   return e;
 }
 
@@ -99,20 +117,24 @@ Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, co
 
 Vec3 FemStructure::base_force() const {
   const_cast<FemStructure*>(this)->forces(time_);
-  Vec3 sum = Vec3::Zero();
-  for (int n : supports_.nodes) sum += on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]);
-  return sum;
+  Vec3 total = Vec3::Zero();
+  for (int n : supports_.nodes)
+    if (own_node(n)) total += on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]);
+  sum({total.data(), 3});
+  return total;
 }
 
 Vec3 FemStructure::base_moment() const {
   const_cast<FemStructure*>(this)->forces(time_);
-  Vec3 sum = Vec3::Zero();
+  Vec3 total = Vec3::Zero();
   for (int n : supports_.nodes)
-    sum += (node_position(n) - supports_.centroid).cross(on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]));
-  return sum;
+    if (own_node(n)) total += (position(n) - supports_.centroid).cross(on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]));
+  sum({total.data(), 3});
+  return total;
 }
 
 std::vector<Vec3> FemStructure::probe_displacements() const {
+  share_skin();
   std::vector<Vec3> result;
   for (const ProbePoint& p : probes_) {
     Vec3 u = Vec3::Zero();
@@ -123,13 +145,14 @@ std::vector<Vec3> FemStructure::probe_displacements() const {
   return result;
 }
 
-double FemStructure::damage_max() const { return damage_ ? (eroded_volume_ > 0 ? 1.0 : damage_->largest()) : 0; }
+double FemStructure::damage_max() const { return damage_ ? (eroded_volume_ > 0 ? 1.0 : largest(damage_->largest())) : 0; }
 double FemStructure::damaged_volume() const {
-  double volume = eroded_volume_;
+  double volume = 0;
   if (damage_)
     for (int cell : damage_->cells())
-      if (std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5) volume += cell_mass_[cell] / spec_.density;
-  return volume;
+      if (own_cell(cell) && std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5) volume += cell_mass_[cell] / spec_.density;
+  sum({&volume, 1});
+  return volume + eroded_volume_;
 }
 long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
 
@@ -145,12 +168,19 @@ std::string FemStructure::plan() const {
                               bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
                 : fmt::format("{}: no reinforcement\n", spec_.name);
   if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
+  if (partition_) {
+    const std::vector<long> cells = partition_->cells_per_rank();
+    text += fmt::format("{}: divided over {} ranks, {} to {} cells each, {:.2g} % of them computed more than once\n", spec_.name, partition_->size(),
+                        *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()), 100 * partition_->repeated_share());
+  }
   if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
   else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
   return text;
 }
 
 void FemStructure::save(std::vector<double>& state) const {
+  share_motion();
+  share_bars();
   state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work, books_.algorithmic});
@@ -168,7 +198,7 @@ void FemStructure::save(std::vector<double>& state) const {
     for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
     state.insert(state.end(), live_.begin(), live_.end());
     state.insert(state.end(), mass_.begin(), mass_.end());
-    if (damage_) damage_->save(state);
+    if (damage_) history().save(state);
   }
 }
 
@@ -209,6 +239,7 @@ void FemStructure::restore(std::span<const double> state) {
     }
     for (std::size_t n = 0; n < mass_.size(); ++n) {
       mass_[n] = next();
+      weights_valid_ = false;
       for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
     }
     if (damage_) at += damage_->restore(state.subspan(at));
@@ -216,6 +247,12 @@ void FemStructure::restore(std::span<const double> state) {
     if (changed) rebuild_skin();
   }
   if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  struck_.clear();
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    if (Vec3(&contact_impulse_[4 * i]) != Vec3::Zero()) struck_.push_back(static_cast<int>(i));
+  bars_broken_ = -1;
+  skin_shared_ = motion_shared_ = bars_shared_ = true;
+  damage_shared_ = !partition_;
   moved();
 }
 
@@ -225,15 +262,19 @@ void FemStructure::start_over() {
   time_ = 0;
   contact_step_ = 0;
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
+  struck_.clear();
   moved();
 }
 
 Structure::Snapshot FemStructure::snapshot() const {
+  share_motion();
+  share_bars();
+  const DamageField* cracks = damage_ ? &history() : nullptr;
   Snapshot s;
   s.nodes = mesh_.nodes;
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     s.displacement.emplace_back(u_[4 * i], u_[4 * i + 1], u_[4 * i + 2]);
-    s.velocity.push_back(node_velocity(static_cast<int>(i)));
+    s.velocity.push_back(velocity(static_cast<int>(i)));
   }
   for (std::size_t cell = 0; cell < mesh_.hexes.size(); ++cell) {
     if (!live_[cell]) continue;
@@ -247,13 +288,13 @@ Structure::Snapshot FemStructure::snapshot() const {
     Mat3 strain = 0.5 * (h + h.transpose());
     if (finite_) strain += 0.5 * h.transpose() * h;
     const int c = static_cast<int>(cell);
-    const double tension = damage_ ? damage_->tension(c) : 0, compression = damage_ ? damage_->compression(c) : 0;
+    const double tension = cracks ? cracks->tension(c) : 0, compression = cracks ? cracks->compression(c) : 0;
     // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.
     const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
     s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
     s.damage_tension.push_back(tension);
     s.damage_compression.push_back(compression);
-    s.crack_width.push_back(damage_ ? damage_->crack_width(c, u_.data()) : 0.0);
+    s.crack_width.push_back(cracks ? cracks->crack_width(c, u_.data()) : 0.0);
   }
   if (bars_) bars_->snapshot(u_.data(), s);
   return s;

@@ -56,6 +56,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   probes_ = find_probes(spec_, mesh_);
 
   const std::size_t n = mesh_.nodes.size();
+  own_ = touched_ = {{0, static_cast<int>(n)}};
   for (AlignedVector* a : {&u_, &v_, &f_int_, &f_ext_, &v_hat_, &inverse_mass_, &contact_impulse_}) a->assign(4 * n, 0.0);
   set_masses();
   operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
@@ -77,6 +78,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
+  divide();
   moved();
 }
 
@@ -237,7 +239,7 @@ double FemStructure::first_frequency() {
 void FemStructure::preload() {
   const int n = dofs_.size;
   std::vector<double> b(n), x(n);
-  external_force(0, f_ext_);
+  external_force(0);
   for (const PatchLoad& load : loads_) {  // gravity alone: what varies in time is dynamics
     const double factor = load.factor(0);
     for (std::size_t k = 0; k < load.node.size(); ++k)

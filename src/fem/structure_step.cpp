@@ -10,21 +10,33 @@ void FemStructure::moved() {
   member_states_.clear();
 }
 
-void FemStructure::external_force(double t, AlignedVector& f) const {
-  for (std::size_t i = 0; i < mass_.size(); ++i)
-    for (int c = 0; c < 3; ++c) f[4 * i + c] = mass_[i] * gravity_[c];
+/// Weight and prescribed loads. The weight is written anew where it may differ: at all nodes once masses have changed, else at the loads'.
+void FemStructure::external_force(double t) {
+  const auto weigh = [&](int i) {
+    for (int c = 0; c < 3; ++c) f_ext_[4 * i + c] = mass_[i] * gravity_[c];
+  };
+  if (!weights_valid_)
+    for (int i = 0; i < static_cast<int>(mass_.size()); ++i) weigh(i);
+  weights_valid_ = true;
+  for (const PatchLoad& load : loads_)
+    for (int i : load.node) weigh(i);
   for (const PatchLoad& load : loads_) {
     const double factor = load.factor(t);
     if (factor == 0) continue;
     for (std::size_t k = 0; k < load.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) f[4 * load.node[k] + c] += factor * load.force[k][c];
+      for (int c = 0; c < 3; ++c) f_ext_[4 * load.node[k] + c] += factor * load.force[k][c];
   }
 }
 
 void FemStructure::forces(double t) {
   if (!forces_valid_) {
     const bool measures = finite_ || damage_;
-    std::fill(f_int_.begin(), f_int_.end(), 0.0);
+    const auto clear = [&](AlignedVector& f) {
+      for (const auto& [first, last] : touched_) std::fill(f.begin() + 4L * first, f.begin() + 4L * last, 0.0);
+    };
+    clear(f_int_);
+    if (damage_)
+      for (int cell : damage_->drop_unaccepted()) operator_->set_on(cell, live_[cell]);
     const ElasticLimits limits = damage_ ? damage_->elastic_limits() : ElasticLimits{};
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures, damage_ ? &limits : nullptr);
     if (damage_) {
@@ -37,26 +49,28 @@ void FemStructure::forces(double t) {
         operator_->add_internal_force_of({cell}, u_.data(), f_int_.data(), finite_, -1);
         operator_->set_on(cell, false);
       }
-      std::fill(f_visc_.begin(), f_visc_.end(), 0.0);
+      clear(f_visc_);
       operator_->add_bulk_viscosity(v_.data(), f_visc_.data(), spec_.density, wave_speed_);
     }
     if (measures) {
-      stored_now_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
+      stored_part_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
     } else {
       double twice = 0;
-      for (std::size_t i = 0; i < u_.size(); ++i) twice += u_[i] * f_int_[i];
-      stored_now_ = 0.5 * twice;
+      for (const auto& [first, last] : own_)
+        for (int i = 4 * first; i < 4 * last; ++i) twice += u_[i] * f_int_[i];
+      stored_part_ = 0.5 * twice;
     }
     if (bars_) {
+      bars_->share_motion(u_);
       bars_->add_forces(u_.data(), h_last_, live_, f_int_.data());
-      stored_now_ += bars_->stored();
+      stored_part_ += bars_->stored();
     }
     if (bearings_) {
       bearings_->add_forces(u_.data(), live_, f_int_.data());
-      stored_now_ += bearings_->stored();
+      if (first_rank()) stored_part_ += bearings_->stored();
     }
   }
-  if (!forces_valid_ || t != forces_time_) external_force(t, f_ext_);
+  if (!forces_valid_ || t != forces_time_) external_force(t);
   forces_valid_ = true;
   forces_time_ = t;
 }
@@ -72,71 +86,102 @@ void FemStructure::predict(double t, double h) {
   const double* __restrict internal = f_int_.data();
   const double* __restrict inverse = inverse_mass_.data();
   double* __restrict out = v_hat_.data();
-  const std::size_t n = v_.size();
-  for (std::size_t i = 0; i < n; ++i) out[i] = keep * v[i] + push * inverse[i] * (external[i] - internal[i]);
-  if (!f_visc_.empty())
-    for (std::size_t i = 0; i < n; ++i) out[i] -= push * inverse[i] * f_visc_[i];
+  for (const auto& [first, last] : own_) {
+    for (int i = 4 * first; i < 4 * last; ++i) out[i] = keep * v[i] + push * inverse[i] * (external[i] - internal[i]);
+    if (!f_visc_.empty())
+      for (int i = 4 * first; i < 4 * last; ++i) out[i] -= push * inverse[i] * f_visc_[i];
+  }
+  prediction_shared_ = !partition_;
 }
 
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impulses) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
-  std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
+  for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
+  struck_.clear();
   contact_step_ = h;
-  for (const NodeImpulse& p : impulses)
+  for (const NodeImpulse& p : impulses) {
+    struck_.push_back(p.node);
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
       contact_impulse_[i] += p.impulse[c];
       v_hat_[i] += inverse_mass_[i] * p.impulse[c];
     }
-  for (const NodeImpulse& p : impulses)
+  }
+  // This rank's part of the works, then of all.
+  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0;
+  for (const NodeImpulse& p : impulses) {
+    if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
-      books_.contact_work += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
-    }
-  double damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0;
-  const double stored_before = h_last_ == 0 ? stored_now_ : stored_half_;
-  const bool loaded = !loads_.empty();
-  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
-  for (std::size_t node = 0; node < mass_.size(); ++node) {
-    const double m = mass_[node];
-    for (std::size_t i = 4 * node; i < 4 * node + 3; ++i) {
-      const double before = v_[i], after = v_hat_[i];
-      u_[i] += h * after;
-      v_[i] = after;
-      power += f_int_[i] * after;
-      kinetic += m * after * after;
-      if (inverse_mass_[i] == 0) continue;
-      const double mean = 0.5 * (before + after);
-      internal += kick * mean * f_int_[i];
-      if (visc) viscous += kick * mean * visc[i];
-      if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
-      if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[static_cast<int>(i - 4 * node)]);
+      contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
     }
   }
+  const bool loaded = !loads_.empty();
+  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
+  for (const auto& [first, last] : own_)
+    for (int node = first; node < last; ++node) {
+      const double m = mass_[node];
+      for (int i = 4 * node; i < 4 * node + 3; ++i) {
+        const double before = v_[i], after = v_hat_[i];
+        u_[i] += h * after;
+        v_[i] = after;
+        power += f_int_[i] * after;
+        kinetic += m * after * after;
+        if (inverse_mass_[i] == 0) continue;
+        const double mean = 0.5 * (before + after);
+        internal += kick * mean * f_int_[i];
+        if (visc) viscous += kick * mean * visc[i];
+        if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
+        if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[i - 4 * node]);
+      }
+    }
+  if (partition_) {
+    partition_->exchange(v_hat_);
+    for (const auto& [first, last] : partition_->border_nodes())
+      for (int i = 4 * first; i < 4 * last; ++i) {
+        u_[i] += h * v_hat_[i];
+        v_[i] = v_hat_[i];
+      }
+    motion_changed();
+  }
+  const double bearing_loss = bearings_ && first_rank() ? bearings_->dissipation() : 0.0;
+  double plastic = (bars_ ? bars_->dissipation() : 0.0) + bearing_loss;
+  double cracking = damage_ ? damage_->dissipation() : 0.0;
+  double stored = stored_part_;
+  const std::vector<int> eroding = damage_ && spec_.erosion ? spent_cells() : std::vector<int>{};
+  auto spent = static_cast<double>(eroding.size());
+  double broken = bars_ ? bars_->broken() : 0.0;
+  std::array<double*, 12> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &plastic, &cracking, &stored, &spent, &broken};
+  if (partition_) {
+    std::array<double, parts.size()> values;
+    for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
+    sum(values);
+    for (std::size_t k = 0; k < parts.size(); ++k) *parts[k] = values[k];
+  }
+  books_.contact_work += contact;
   books_.damping_work += damping;
   books_.external_work += external;
   books_.bulk_viscosity_work += viscous;
-  stored_half_ = stored_now_ + 0.5 * h * power;
-  books_.algorithmic += internal - (stored_half_ - stored_before) - (damage_ ? damage_->dissipation() : 0.0) - (bars_ ? bars_->dissipation() : 0.0) -
-                        (bearings_ ? bearings_->dissipation() : 0.0);
+  books_.plastic_work += plastic;
+  books_.damage_work += cracking;
+  const double stored_before = h_last_ == 0 ? stored : stored_half_;
+  stored_half_ = stored + 0.5 * h * power;
+  books_.algorithmic += internal - (stored_half_ - stored_before) - cracking - plastic;
   h_last_ = h;
   time_ = t + h;
   kinetic *= 0.5;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_now_) || !impulses.empty()) still_ = false;
+  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !impulses.empty()) still_ = false;
   else if (!still_) still_ = true, still_since_ = time_;
   if (bars_) {
-    books_.plastic_work += bars_->dissipation();
     bars_->accept();
+    if (broken != bars_broken_) share_bars();   // every rank knows which bars hold cells together
+    bars_broken_ = broken;
   }
-  if (bearings_) {
-    books_.plastic_work += bearings_->dissipation();
-    bearings_->accept();
-  }
+  if (bearings_) bearings_->accept();
   if (damage_) {
-    books_.damage_work += damage_->dissipation();
-    if (spec_.erosion) erode();
+    if (spent > 0) erode(joined(eroding));
     damage_->accept();
   }
   moved();

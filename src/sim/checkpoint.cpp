@@ -175,6 +175,7 @@ Checkpoint Simulation::save() const {
 
 void Simulation::restore(const Checkpoint& c) {
   World& w = *world_;
+  w.restored = true;
   const auto numbers = [&](const std::string& key) -> const std::vector<double>& { return array(c.numbers, key); };
   const auto integers = [&](const std::string& key) -> const std::vector<std::int64_t>& { return array(c.integers, key); };
   // Fragments first: they are blocks of the state.

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/ranks.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
@@ -82,7 +83,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     clocks(n);
     sink.progress(w.time(), duration, n, w.energy_peak > 0 ? row.ledger.residual / w.energy_peak : 0);
   };
-  if (w.time() == 0) {
+  if (w.time() == 0 && !w.restored) {
     record_history();
     record_field();
   }
@@ -95,12 +96,13 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
       if (th > duration * (1 - 1e-12)) th = duration;
       if (tf > duration * (1 - 1e-12)) tf = duration;
       const double t = std::min(th, tf);
-      const bool arrived = (stop == nullptr || stop->load() == 0) && w.advance_to(t, stop);
+      const bool arrived = agreed(stop) == 0 && w.advance_to(t, stop);
       flush_contacts();
       if (!arrived) {
         result.status = "interrupted";
-        result.message = fmt::format("stopped by signal {} at t = {:.6g} s", stop->load(), w.time());
-        result.exit_code = 128 + stop->load();
+        const int signal = agreed(stop);
+        result.message = fmt::format("stopped by signal {} at t = {:.6g} s", signal, w.time());
+        result.exit_code = 128 + signal;
         sink.checkpoint(save());
         break;
       }

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/ranks.hpp"
 
 namespace talus::sim {
 
@@ -19,7 +20,7 @@ bool World::advance_to(double t, const std::atomic<int>* stop) {
   const double dt = scene.simulation.step.value_or(1e-4);
   const coupling::Environment& env = system->environment();
   while (t - p.time > 1e-9 * dt) {
-    if (stop != nullptr && stop->load() != 0) return false;
+    if (agreed(stop) != 0) return false;
     const double h = std::min(dt, t - p.time);
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
     p.time += h;

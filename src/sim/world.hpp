@@ -37,6 +37,7 @@ class World {
   double energy_start = 0;                           // [J]
   double energy_peak = 0;                            // largest kinetic energy so far, the residual's scale [J]
   bool built_energy = false;
+  bool restored = false;                             // goes on from a checkpoint: what is due at its time has been recorded
 
   double time() const { return paper ? paper->time : system->state().time; }
   /// Advances to time t exactly; false if `stop` became non-zero before.

@@ -1,0 +1,195 @@
+#!/usr/bin/env python3
+"""Runs on several ranks, as a user starts them: the same motion to the last bit as on one, a stop and a resume with another number of
+ranks, and one message and the right exit code when something is wrong.
+
+    run.py TALUS MPIRUN DIRECTORY
+"""
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import h5py
+import numpy as np
+
+TALUS, MPIRUN, WORK = sys.argv[1], sys.argv[2], pathlib.Path(sys.argv[3])
+ENVIRONMENT = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+
+COLUMN = """schema = 1
+[[material]]
+name = "rock"
+density = "2.6 t/m^3"
+[[material]]
+name = "C30"
+f_cm = "38 MPa"
+[[interface]]
+between = ["rock", "C30"]
+friction = 0.5
+normal_stiffness = "hard"
+[[interface]]
+between = ["C30", "C30"]
+friction = 0.5
+normal_stiffness = "hard"
+[[structure]]
+name = "pier"
+kind = "column"
+material = "C30"
+base = [0.0, 0.0, 0.0]
+section = [1.0, 1.0]
+height = 3.0
+cell_size = "0.125 m"
+[[structure.probe]]
+name = "mid"
+at = [0.1, 0.0, 1.5]
+[output]
+report = false
+"""
+
+ELASTIC = COLUMN.replace("[output]", """[[structure.load]]
+region = { min = [-0.6, -0.6, 2.0], max = [-0.4, 0.6, 2.5] }
+traction = ["2 MPa", 0.0, 0.0]
+history = [[0.0, 0.0], [0.001, 1.0], [0.002, 0.0]]
+[simulation]
+duration = "DURATION"
+[output]
+interval = "2 ms"
+history_interval = "0.5 ms"
+""")
+
+STRUCK = COLUMN.replace('cell_size', 'damage = "concrete"\ncell_size').replace("[output]", """[[structure.rebar]]
+kind = "longitudinal"
+bars = 12
+diameter = "25 mm"
+cover = "40 mm"
+[[structure.rebar]]
+kind = "stirrups"
+diameter = "10 mm"
+cover = "30 mm"
+spacing = "200 mm"
+[[block]]
+name = "boulder"
+material = "rock"
+shape = "EOTA111"
+mass = 2000
+position = [-1.1, 0.1, 1.5]
+velocity = [25.0, 0.0, 0.0]
+[simulation]
+duration = "7 ms"
+[output]
+interval = "2 ms"
+history_interval = "0.25 ms"
+""")
+
+
+def started(scene, directory, ranks, *options, limit=""):
+    """The command as a process of its own; `limit` is a shell command that rank 0 runs first."""
+    command = [TALUS, "run", str(scene), "-o", str(directory), *options]
+    if limit:
+        command = ["sh", "-c", f'[ "$OMPI_COMM_WORLD_RANK" = 0 ] && {limit}; exec "$@"', "sh", *command]
+    if ranks > 1:
+        command = [MPIRUN, "--oversubscribe", "-n", str(ranks), *command]
+    return subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+def run(scene, directory, ranks, *options, expect=0, limit=""):
+    process = started(scene, directory, ranks, *options, limit=limit)
+    out, err = process.communicate(timeout=200)
+    assert process.returncode == expect, f"{ranks} ranks: exit code {process.returncode}, not {expect}\n{out}\n{err}"
+    return out, err
+
+
+def differences(one, other):
+    """(dataset, largest difference over largest value) where the two results are not the same bits."""
+    found = []
+    a, b = h5py.File(one / "results.h5"), h5py.File(other / "results.h5")
+
+    def compare(name, node):
+        if not isinstance(node, h5py.Dataset) or node.dtype.kind not in "fiu":
+            return
+        x, y = node[()], b[name][()]
+        assert x.shape == y.shape, f"{name}: {x.shape} and {y.shape}"
+        if not np.array_equal(x, y, equal_nan=True):
+            found.append((name, float(np.nanmax(np.abs(x - y)) / np.nanmax(np.abs(x)))))
+
+    a.visititems(compare)
+    assert a["history/time"].shape[0] > 3
+    return found
+
+
+def sums_only(found):
+    """Motion, damage and contacts are the same bits; sums over ranks are rounded otherwise."""
+    sums = ("ledger/", "history/structures/pier/base_", "history/structures/pier/members/", "history/structures/pier/damaged_volume", "state/structures/pier/history")
+    for name, difference in found:
+        assert name.startswith(sums), f"{name} differs by {difference:g}"
+        # What is a difference of large numbers, the residual, has fewer digits.
+        assert difference < 1e-10 or name in ("ledger/residual", "ledger/algorithmic", "ledger/potential"), f"{name} differs by {difference:g}"
+
+
+def write(name, text):
+    path = WORK / f"{name}.toml"
+    path.write_text(text)
+    return path
+
+
+def same_motion_when_elastic():
+    scene = write("elastic", ELASTIC.replace("DURATION", "4 ms").replace("cell_size", 'integrator = "explicit"\ncell_size'))
+    run(scene, WORK / "elastic1", 1)
+    for ranks in (2, 3):
+        out, _ = run(scene, WORK / f"elastic{ranks}", ranks)
+        assert f"divided over {ranks} ranks" in out
+        sums_only(differences(WORK / "elastic1", WORK / f"elastic{ranks}"))
+
+
+def same_motion_by_modes():
+    scene = write("modes", ELASTIC.replace("DURATION", "40 ms"))
+    run(scene, WORK / "modes1", 1)
+    run(scene, WORK / "modes2", 2)
+    # When the structure rings on by modes is decided by its energy, and so is where its velocities are brought to full steps.
+    for name, difference in differences(WORK / "modes1", WORK / "modes2"):
+        assert difference < 1e-10 or name in ("ledger/residual", "ledger/algorithmic", "ledger/potential"), f"{name} differs by {difference:g}"
+
+
+def same_damage_and_resume():
+    scene = write("struck", STRUCK)
+    run(scene, WORK / "struck1", 1)
+    process = started(scene, WORK / "struck2", 2)
+    until = time.time() + 100
+    while time.time() < until and not (WORK / "struck2" / "journal.bin").exists():
+        time.sleep(0.01)
+    ranks = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()
+    os.kill(int(ranks[-1]), signal.SIGTERM)   # one of them; all stop
+    out, err = process.communicate(timeout=200)
+    assert process.returncode == 143 and out.count("stopped by signal 15") == 1, f"{process.returncode}\n{out}\n{err}"
+    run(scene, WORK / "struck2", 1, "--resume")
+    sums_only(differences(WORK / "struck1", WORK / "struck2"))
+    run(scene, WORK / "struck3", 3)
+    sums_only(differences(WORK / "struck1", WORK / "struck3"))
+    with h5py.File(WORK / "struck3" / "results.h5") as results:
+        assert results["history/structures/pier/damaged_volume"][-1] > 0.01
+
+
+def one_message():
+    scene = write("wrong", STRUCK.replace("f_cm", "fcm"))
+    _, err = run(scene, WORK / "wrong", 2, expect=2)
+    assert err.count("material.C30.fcm") == 1 and not (WORK / "wrong").exists(), err
+    # Only rank 0 writes, and it cannot: the other one is ended too.
+    scene = write("full", STRUCK)
+    _, err = run(scene, WORK / "full", 2, expect=3, limit="ulimit -f 100")
+    assert err.count("talus: cannot write") == 1, err
+
+
+def no_mpi_without_mpirun():
+    scene = write("alone", ELASTIC.replace("DURATION", "0.5 ms"))
+    process = subprocess.run([TALUS, "run", str(scene), "-o", str(WORK / "alone")], env=dict(ENVIRONMENT, LD_DEBUG="files"), capture_output=True, text=True, timeout=200)
+    assert process.returncode == 0
+    assert "libtalus_fem.so" in process.stderr and "libmpi.so" not in process.stderr
+
+
+subprocess.run(["rm", "-rf", str(WORK)], check=True)
+WORK.mkdir(parents=True)
+for check in (no_mpi_without_mpirun, one_message, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume):
+    begin = time.time()
+    check()
+    print(f"{check.__name__}: {time.time() - begin:.1f} s", flush=True)
