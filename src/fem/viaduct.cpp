@@ -76,7 +76,7 @@ HexMesh viaduct_mesh(const StructureSpec& spec) {
   for (int k = 0; k < static_cast<int>(plan.parts.size()); ++k) {
     const ViaductPlan::Part& what = plan.parts[k];
     std::vector<int> feet;
-    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, local_refinements(spec)) : round_bent(what.boxes.back(), what.rounds, spec.cell_size, feet);
+    const HexMesh part = what.rounds.empty() ? bricks(what.boxes, spec.cell_size, local_refinements(spec)) : round_bent(what.boxes.back(), what.rounds, spec.cell_size, local_refinements(spec), feet);
     const int shift = static_cast<int>(mesh.nodes.size());
     mesh.nodes.insert(mesh.nodes.end(), part.nodes.begin(), part.nodes.end());
     for (auto hex : part.hexes) {

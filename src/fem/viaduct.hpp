@@ -50,7 +50,8 @@ HexMesh viaduct_mesh(const StructureSpec& spec);
 
 /// Round piers under a cap beam: in plan a disc of quadrilaterals inside a square of the cap beam's grid, extruded; `feet` gets the
 /// nodes at the feet. The polygon has the area of the circle.
-HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, std::vector<int>& feet);
+HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, const std::vector<StructureSpec::Refinement>& refinements,
+                   std::vector<int>& feet);
 
 /// The cap beams on piers as members along the deck's transverse axis (axis_x up), for bars by rule.
 std::vector<rebar::Member> cap_members(const StructureSpec& spec);

@@ -59,7 +59,6 @@ void check(const StructureSpec& spec, const Measures& m) {
   if (m.lower_slab > 0 && m.girders < 2) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "a box needs two girders or more as its webs", "girders = 2, or no bottom_slab");
   if (m.lower_slab > 0 && m.lower_slab + m.slab >= m.deck_z) bad(spec, "bottom_slab", fmt::format("{:g} m", m.lower_slab), "with slab_thickness it must be less than deck_depth", "correct it");
   if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y))) bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier", "give the thickness of the wall");
-  if (m.round && !spec.refinements.empty()) bad(spec, "refine", "", "zones of finer cells are not there for round piers", "a smaller cell_size, or rectangular piers");
   if (m.round && m.pier_x != m.pier_y) bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter", "give diameter alone");
   if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)), "the cap beam must be a tenth wider than a round pier", fmt::format("at least {:g} m", 1.1 * m.pier_x));
   if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");

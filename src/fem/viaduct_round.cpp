@@ -3,6 +3,7 @@
 #include <cmath>
 #include <map>
 
+#include "fem/lattice.hpp"
 #include "fem/viaduct.hpp"
 
 namespace talus::fem {
@@ -78,8 +79,18 @@ void disc_in_square(PlanBuilder& plan, const Vec2& centre, double r, double half
 
 }  // namespace
 
-HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double cell_size, std::vector<int>& feet) {
+HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers, double wanted, const std::vector<StructureSpec::Refinement>& refinements,
+                   std::vector<int>& feet) {
   const double radius = piers[0].radius;
+  Box3 bent = cap;
+  for (const auto& pier : piers) bent.extend(pier.foot);
+  double cell_size = wanted;   // in plan: the finest that is asked for anywhere in the bent
+  std::vector<FineZone> zones; // up the piers
+  for (const auto& r : refinements) {
+    if (!r.region.intersects(bent)) continue;
+    cell_size = std::min(cell_size, r.cell_size);
+    zones.push_back({r.region.min().z(), r.region.max().z(), r.cell_size});
+  }
   const int n = std::max(2, count(M_PI / 2 * radius, cell_size));
   // A polygon of 4 n sides with the area of the circle.
   const double sector = 2 * M_PI / (4 * n), r = radius * std::sqrt(sector / std::sin(sector));
@@ -121,13 +132,12 @@ HexMesh round_bent(const Box3& cap, const std::vector<ViaductPlan::Round>& piers
     return at->second;
   };
   const auto extrude = [&](int pier, double low, double high) {
-    const int layers = count(high - low, cell_size);
-    for (int l = 0; l < layers; ++l)
+    const std::vector<double> planes = graded_lines({low, high}, wanted, zones);
+    for (std::size_t l = 0; l + 1 < planes.size(); ++l)
       for (std::size_t q = 0; q < plan.quads.size(); ++q) {
         if (pier >= 0 && plan.pier[q] != pier) continue;
-        const double z0 = low + (high - low) * l / layers, z1 = l + 1 == layers ? high : low + (high - low) * (l + 1) / layers;
         std::array<int, 8> hex;
-        for (int a = 0; a < 4; ++a) hex[a] = node(plan.quads[q][a], z0), hex[4 + a] = node(plan.quads[q][a], z1);
+        for (int a = 0; a < 4; ++a) hex[a] = node(plan.quads[q][a], planes[l]), hex[4 + a] = node(plan.quads[q][a], planes[l + 1]);
         mesh.hexes.push_back(hex);
       }
   };

@@ -137,6 +137,42 @@ TEST(Lattice, RefinedColumnKeepsItsVolumeAndTurnsWithItsAxes) {
   EXPECT_THROW(make_mesh(s), InputError);
 }
 
+TEST(Lattice, RoundPiersOfAViaductAreRefinedWhereTheyMeetAZone) {
+  StructureSpec s;
+  s.name = "V";
+  s.kind = "viaduct";
+  s.section = "round";
+  s.cell_size = 0.6;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}, {"pier_diameter", 1.2}, {"abutments", 1}};
+  const auto volume_of = [](const HexMesh& mesh) {
+    double sum = 0;
+    for (double v : cell_volumes(mesh)) sum += v;
+    return sum;
+  };
+  const HexMesh coarse = make_mesh(s);
+  Vec3 foot = Vec3::Zero();   // of the pier: the lowest nodes
+  int count = 0;
+  for (const Vec3& x : coarse.nodes)
+    if (x.z() < 1e-9) foot += x, ++count;
+  ASSERT_GT(count, 0);
+  foot /= count;
+  const Box3 zone(foot + Vec3(-0.7, -0.7, 2), foot + Vec3(0.7, 0.7, 3));
+  s.refinements.push_back({zone, 0.2});
+  const HexMesh fine = make_mesh(s);
+  EXPECT_NEAR(volume_of(fine), volume_of(coarse), 1e-9 * volume_of(coarse));   // the polygon keeps the circle's area
+  double highest = 0, far = 0;   // cells' heights in the zone, and well above it
+  for (int cell = 0; cell < static_cast<int>(fine.hexes.size()); ++cell) {
+    const auto& hex = fine.hexes[cell];
+    const double low = fine.nodes[hex[0]].z(), height = fine.nodes[hex[4]].z() - low;
+    if (low > 2 - 1e-9 && low + height < 3 + 1e-9 && (fine.nodes[hex[0]] - foot).head<2>().norm() < 0.7) highest = std::max(highest, height);
+    if (low > 4.5 && low < 5.5) far = std::max(far, height);
+  }
+  EXPECT_GT(highest, 0.1);
+  EXPECT_LT(highest, 0.201);
+  EXPECT_GT(far, 0.4);
+}
+
 TEST(Multigrid, AgreesWithTheFactor) {
   // Gravity along x on a pier with a shaft held in all directions: both solvers of the preload.
   StructureSpec s = cantilever(5, 40);
