@@ -74,11 +74,14 @@ struct ContactMemory {
   std::uint64_t feature = 0;
   Vec3 force = Vec3::Zero();    // mean force of the last step, world [N]
   Vec3 shear = Vec3::Zero();    // elastic tangential displacement of B against A, world [m]
-  double normal_energy = 0;     // stored in the springs [J]
+  double normal_energy = 0;     // stored in the normal spring [J]
+  double shear_energy = 0;      // stored in the shear spring [J]
   double crushed = 0;           // indentation lost for good [m]
-  double indentation = 0;       // of a spring at a structure, at the end of the step [m]
-  double stiffness = 0;         // that it had there [N/m]
+  double indentation = 0;       // of the normal spring, where the next step starts from [m]
+  double offset = 0;            // gap that it acts on less the geometric one [m]
+  double stiffness = 0;         // of the spring [N/m]
   Vec3 place = Vec3::Zero();    // where, world [m]
+  Vec3 normal = Vec3::Zero();   // out of the partner
   bool broken = false;          // cohesion and tension lost
 };
 

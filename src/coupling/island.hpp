@@ -63,12 +63,14 @@ class IslandStepper {
   void begin(const Island& island);
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
-  void find(double h);
+  /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
+  void find(double h, bool at_start = true);
   void find_moved(const std::vector<char>& moved);
   void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
   void gather_touches();
+  void carry();
   double reach(int block, double h) const;
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
@@ -142,6 +144,7 @@ class IslandStepper {
   std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
+  bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;

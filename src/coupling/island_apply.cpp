@@ -269,18 +269,23 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
     memory.broken = memory.broken || opened || slid;
   }
-  if (t.shear_stiffness > 0) memory.shear = shear_at_end(t, h);
-  if (t.stiffness > 0) {
-    memory.normal_energy = spring_energy_at_end(t, h);
-    memory.crushed = t.normal_law.crushed_after(t.indentation);
-    if (t.mode == Mode::spring_secant || deformable_structure(t)) {
-      // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open.
-      memory.indentation = std::max(0.0, t.indentation + std::clamp(t.offset, -lead_out(h), 0.0));
-      memory.stiffness = t.stiffness;
-      memory.place = t.at.point_a;
-    }
+  if (t.shear_stiffness > 0) {
+    memory.shear = shear_at_end(t, h);
+    memory.shear_energy = 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
   }
-  if (memory.broken || memory.crushed > 0 || memory.normal_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+  if (t.stiffness > 0) {
+    memory.normal_energy = normal_energy_at_end(t);
+    memory.crushed = t.normal_law.crushed_after(t.indentation);
+    memory.place = t.at.point_a;
+    memory.normal = t.at.normal;
+    // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
+    const bool own = deformable_structure(t);
+    const double led_out = std::clamp(t.offset, -lead_out(h), own || t.energetic ? 0.0 : lead_out(h));
+    memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
+    memory.offset = t.offset - led_out;
+    memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
+  }
+  if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
 }
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
@@ -302,7 +307,7 @@ void IslandStepper::commit(double t_end, double h) {
   for (const SurfacePair& pair : island_->surfaces) memories.push_back(&surface_history_[static_cast<std::size_t>(pair.b)]);
   // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
   for (auto* memory : memories) {
-    for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy;
+    for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
     std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside; });
   }
   for (const Body& b : bodies_) shrink_births(b.block);

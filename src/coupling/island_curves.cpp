@@ -96,7 +96,7 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
 }
 
 double IslandStepper::normal_energy_at_end(const Touch& t) const {
-  const double end = t.impulse[0] > 0 ? t.normal_law.stored(t.indentation) : 0;
+  const double end = t.normal_law.stored(std::max(0.0, t.indentation));   // also while a dashpot holds it back from pressing
   // A leapfrog's energy is that of the half step: the mean of both ends.
   if (t.mode == Mode::spring_secant) return 0.5 * (t.normal_law.stored(-t.at.gap) + end);
   return end;

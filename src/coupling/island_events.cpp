@@ -96,7 +96,7 @@ double IslandStepper::crossing() const {
 bool IslandStepper::locate_event(double& h, int passes) {
   // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
   // cross is drift and is projected.
-  const std::vector<Touch> start = touches_;
+  std::vector<Touch> start = touches_;
   const auto was_row = [&](const Touch& t) {
     for (const Touch& s : start)
       if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
@@ -126,7 +126,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     std::vector<Touch> keep;
     keep.swap(touches_);
     found_for_ = -1;
-    find(step);
+    find(step, false);
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
@@ -139,6 +139,9 @@ bool IslandStepper::locate_event(double& h, int passes) {
     return gap;
   };
   const auto solve_for = [&](double step) {
+    // Contact forces change little with the end of the step: those of the last trial start the next.
+    for (std::size_t i = 0; i < start.size(); ++i)
+      if (touches_[i].row >= 0) start[i].warm = touches_[i].frame * touches_[i].impulse / step_length_;
     restore();
     touches_ = start;
     step_length_ = step;

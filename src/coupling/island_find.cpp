@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "coupling/island_body.hpp"
+#include "coupling/spring_carry.hpp"
 #include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
@@ -14,8 +15,9 @@ double IslandStepper::reach(int block, double h) const {
   return h * speed + h * h * model_.gravity.norm();
 }
 
-void IslandStepper::find(double h) {
+void IslandStepper::find(double h, bool at_start) {
   if (found_for_ >= h * (1 - 1e-9)) return;   // the touches at hand hold for this state and reach
+  at_start_ = at_start;
   found_for_ = h;
   const std::size_t pairs = island_->pairs.size();
   touches_of_.resize(pairs);
@@ -99,6 +101,16 @@ void IslandStepper::look(std::size_t i) {
   find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
 }
 
+/// Springs go on from what the pairs remember.
+void IslandStepper::carry() {
+  for (std::size_t first = 0, last; first < touches_.size(); first = last) {
+    const Touch& t = touches_[first];
+    last = first + 1;
+    while (last < touches_.size() && touches_[last].a == t.a && touches_[last].b == t.b) ++last;
+    if (!moving_skin(t.a)) carry_springs(std::span(touches_).subspan(first, last - first), history_[static_cast<std::size_t>(t.b)]);
+  }
+}
+
 void IslandStepper::gather_touches() {
   touches_.clear();
   flush_pair_.clear();
@@ -110,6 +122,7 @@ void IslandStepper::gather_touches() {
   std::size_t t = 0;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
     for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+  if (at_start_) carry();
   touches_.insert(touches_.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
   report_.counters.contacts += static_cast<long>(touches_.size());
 }

@@ -106,7 +106,7 @@ double CoupledSystem::spring_energy() const {
   double e = 0;
   for (const ContactHistory* history : {&state_.contacts, &state_.surface_contacts})
     for (const auto& body : *history)
-      for (const ContactMemory& m : body) e += m.normal_energy;
+      for (const ContactMemory& m : body) e += m.normal_energy + m.shear_energy;
   return e;
 }
 

@@ -96,7 +96,7 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
 void take_over(const ContactMemory& memory, Touch& t) {
   t.warm = memory.force;
   t.shear = memory.shear - t.at.normal * t.at.normal.dot(memory.shear);
-  t.stored = memory.normal_energy;
+  t.stored = memory.normal_energy + memory.shear_energy;
   t.broken = memory.broken;
   t.persistent = !memory.force.isZero(0);
 }

@@ -1,0 +1,111 @@
+#include "coupling/spring_carry.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace talus::coupling {
+namespace {
+
+constexpr double most_growth = 4;      // of an indentation where springs grow softer
+constexpr double alike = 0.95;         // cosine between normals of features that may stand for each other
+constexpr double round_off = 1e-13;
+
+struct Spring {
+  Touch* touch;
+  const ContactMemory* last;   // null: it has appeared
+  double depth;                // indentation [m]
+  double stored() const { return touch->normal_law.stored(std::max(0.0, depth)); }
+};
+
+/// s in [0, most_growth] at which indentations times s hold `energy` where they hold `now`: closed for a power law, else by bisection.
+double scale_to(const std::vector<Spring*>& springs, double energy, double now) {
+  if (!(energy > 0) || !(now > 0)) return 0;
+  const ContactLaw::Kind kind = springs.front()->touch->law->kind;
+  const bool power = std::all_of(springs.begin(), springs.end(), [&](const Spring* p) { return p->touch->law->kind == kind; }) &&
+                     (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
+  if (power) return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
+  double low = 0, high = most_growth;
+  for (int i = 0; i < 60; ++i) {
+    const double s = 0.5 * (low + high);
+    double sum = 0;
+    for (const Spring* p : springs) sum += p->touch->normal_law.stored(s * std::max(0.0, p->depth));
+    (sum > energy ? high : low) = s;
+  }
+  return low;
+}
+
+const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list, const Touch& t) {
+  const ContactMemory* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const ContactMemory* m : list) {
+    const double d = (m->place - t.at.point_a).squaredNorm();
+    if (d < least && m->normal.dot(t.at.normal) > alike) nearest = m, least = d;
+  }
+  return nearest;
+}
+
+/// Shear: an elongation that goes on, turned into the new plane of contact, within the energy there was.
+void carry_shear(const std::vector<Spring>& springs, const std::vector<const ContactMemory*>& all) {
+  double budget = 0, need = 0;
+  for (const ContactMemory* m : all) budget += m->shear_energy;
+  for (const Spring& p : springs) {
+    Touch& t = *p.touch;
+    if (p.last == nullptr && t.at.gap < 0)
+      if (const ContactMemory* m = nearest_alike(all, t)) t.shear = m->shear - t.at.normal * t.at.normal.dot(m->shear);
+    need += 0.5 * t.shear_stiffness * t.shear.squaredNorm();
+  }
+  if (need <= budget * (1 + round_off)) return;
+  for (const Spring& p : springs) p.touch->shear *= std::sqrt(budget / need);
+}
+
+}  // namespace
+
+void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memory) {
+  thread_local std::vector<Spring> springs;
+  thread_local std::vector<const ContactMemory*> all, lost;
+  springs.clear(), all.clear();
+  for (Touch& t : pair)
+    if (t.stiffness > 0) springs.push_back({&t, nullptr, 0});
+  if (springs.empty()) return;
+  const std::uint64_t partner = pair.front().a.id();
+  for (const ContactMemory& m : memory)
+    if (m.partner == partner && m.feature != born_inside) all.push_back(&m);
+  lost = all;
+  for (Spring& p : springs) {
+    const auto found = std::find_if(all.begin(), all.end(), [&](const ContactMemory* m) { return m->feature == p.touch->at.key; });
+    if (found == all.end()) continue;
+    p.last = *found;
+    std::erase(lost, *found);
+  }
+  // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of its energy.
+  double budget = 0, need = 0;
+  for (const ContactMemory* m : lost) budget += m->normal_energy;
+  thread_local std::vector<Spring*> changed;
+  changed.clear();
+  for (Spring& p : springs) {
+    Touch& t = *p.touch;
+    if (p.last != nullptr && std::abs(p.last->stiffness - t.normal_law.stiffness) <= 1e-9 * t.normal_law.stiffness) {
+      p.depth = p.last->indentation > 0 ? p.last->indentation : std::min(0.0, -t.at.gap);
+      continue;
+    }
+    const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;
+    p.depth = -t.at.gap - (model != nullptr ? model->offset : 0.0);
+    if (p.last != nullptr) budget += p.last->normal_energy;
+    need += p.stored();
+    changed.push_back(&p);
+  }
+  const double s = scale_to(changed, budget, need);
+  for (Spring* p : changed)
+    if (p->depth > 0) p->depth *= s;
+    else p->depth = std::min(0.0, -p->touch->at.gap);
+  for (const Spring& p : springs) {
+    Touch& t = *p.touch;
+    t.offset = -p.depth - t.at.gap;
+    t.at.gap = -p.depth;
+  }
+  carry_shear(springs, all);
+  for (const Spring& p : springs) p.touch->stored = p.stored() + 0.5 * p.touch->shear_stiffness * p.touch->shear.squaredNorm();
+}
+
+}  // namespace talus::coupling
