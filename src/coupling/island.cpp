@@ -57,7 +57,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.v0 << state_.v[k], state_.w[k], state_.eps_rate[k];
     b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
     b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
-    b.internal0 = b.ndof == 12 ? internal_energy(b.block) : 0;
+    b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
     if (h > 0) {
       b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : dda::FlowRule::exact);
     } else {
@@ -379,7 +379,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     int stopping = -1;
     bool stop_located = false;
     int releases = 0;
-    int cuts = 0, halved = 0;
+    int cuts = 0, halved = 0, refined = 0;
     if (!lumped && closed && settings_.fixed_step <= 0)
       for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
@@ -403,6 +403,13 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
           return report_;
         }
         report_.ledger = before;
+        continue;
+      }
+      if (!lumped && settings_.fixed_step <= 0 && h > 10 * settings_.min_step && gains_energy() && ++refined <= 8) {
+        restore();
+        ++report_.counters.rejected;
+        report_.ledger = before;
+        h *= 0.5;
         continue;
       }
       if (lumped && h > 10 * settings_.min_step && ++cuts <= 30) {
@@ -510,6 +517,18 @@ double IslandStepper::structure_step(double duration, double longest) {
   while (h > longest * (1 + 1e-9)) h *= 0.5;
   suggested_ = bound ? h : stable;
   return h;
+}
+
+/// True if the step just computed made more energy than the accuracy allows of what the island moves and stores: its error, and order 2 or better.
+bool IslandStepper::gains_energy() const {
+  double scale = 0;
+  for (const Body& b : bodies_) {
+    const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 + 0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
+  }
+  for (const Touch& t : touches_)
+    if (t.row >= 0) scale += t.stored;
+  return -pending_.algorithmic > 0.05 * settings_.accuracy * scale;
 }
 
 void IslandStepper::rest_check(double h) {

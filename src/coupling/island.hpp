@@ -121,6 +121,7 @@ class IslandStepper {
   double rise_limit() const;
   double structure_step(double duration, double longest);
   bool locate_event(double& h, int passes);
+  bool gains_energy() const;
   void rest_check(double h);
   contact::Motion motion_of(int block, bool lumped) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;

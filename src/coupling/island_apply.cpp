@@ -121,7 +121,7 @@ void IslandStepper::apply(double h) {
     state_.v[k] = b.v_solved.head<3>();
     state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
     // Angular momentum exactly: w follows from it at the orientation reached.
-    if (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs()) {
+    if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
       state_.w[k] = b.v_solved.segment<3>(3);
     } else {
       const Vec3 momentum = b.momentum0 + b.impulse.segment<3>(3);
@@ -205,7 +205,13 @@ void IslandStepper::book(double h) {
     }
   }
   for (const Body& b : bodies_) {
-    if (b.ndof != 12) continue;
+    if (b.ndof == 6) {
+      // The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
+      // straining block turns its strain rate as well.
+      const bool changes = h > 0 || model_.blocks[static_cast<std::size_t>(b.block)].deformable;
+      if (changes && !b.impulse.isZero(0)) pending_.algorithmic -= internal_energy(b.block) - b.internal0 - b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
+      continue;
+    }
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
     const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
     const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
@@ -421,6 +427,7 @@ double IslandStepper::project(double h) {
       const auto k = static_cast<std::size_t>(b.block);
       const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
       moved[i] = 1;
+      const double turning = internal_energy(b.block);
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
@@ -428,6 +435,7 @@ double IslandStepper::project(double h) {
         const Mat3 rotation = state_.rotation(b.block);
         state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
       }
+      report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
     find_moved(moved);
     deepest = deepest_touch();

@@ -16,7 +16,7 @@ struct IslandStepper::Body {
   Vec12 v0 = Vec12::Zero();
   Vec6 eps0 = Vec6::Zero();
   Vec3 momentum0 = Vec3::Zero();      // angular, about the centroid
-  double internal0 = 0;                // energy of turning and straining, 12 degrees of freedom [J]
+  double internal0 = 0;                // energy of turning and straining [J]
   dda::FreeFlow free;
   // where the contacts are linearised: free flow first, then the result of the last pass
   Pose ref;                            // at the end

@@ -111,10 +111,14 @@ Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
   const Vec3 held = -force / (h * t.shear_stiffness);
-  const double limit = c.friction * c.impulse[0] + c.cohesion;
-  const bool slides = c.impulse.tail<2>().norm() >= limit * (1 - 1e-9);
-  if (t.mode == Mode::spring_mean && !slides) return 2 * held - t.shear;
-  return held;
+  if (t.mode != Mode::spring_mean) return held;
+  const Vec3 end = 2 * held - t.shear;
+  const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  if (!slides) return end;
+  // The mean of a force that follows friction's limit is the limit's mean; at the end it is the limit's end.
+  const double longest = (c.friction * std::max(0.0, t.normal_law.force(t.indentation)) + c.cohesion / h) / t.shear_stiffness;
+  if (!(c.impulse[0] > 0) || end.dot(held) <= 0) return Vec3::Zero();
+  return end * std::min(1.0, longest / end.norm());
 }
 
 }  // namespace talus::coupling

@@ -1,0 +1,75 @@
+// Springs whose contact features take each other's place: over a ridge between two triangles, over the edge of a table, from corner to corner, from an
+// edge to a face. Energy is made at no change, and the ledger names what becomes of it.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "verify/scene_text.hpp"
+
+namespace talus::stress {
+namespace {
+
+using verify::SceneText;
+
+struct Swap {
+  const char* name;
+  const char* stiffness;
+  double friction;
+  std::string bodies;
+  double kept = 1;   // part of the energy in motion that the scheme itself may take
+};
+
+const std::string ridge =
+    "[site]\nmaterial = \"ground\"\ncrest = [-4.0, 0.0, 2.0]\ndip_direction = \"90 deg\"\nwidth = 20.0\n"
+    "[[site.face]]\ndip = \"20 deg\"\nlength = 4.0\n[[site.face]]\ndip = \"5 deg\"\nlength = 3.0\n[[site.face]]\ndip = \"35 deg\"\nlength = 6.0\n"
+    "[[block]]\nname = \"box\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.0, 0.8, 0.6]\nposition = [-2.2, 0.1, 1.75]\nvelocity = [2.0, 0.0, -0.7]\n"
+    "orientation = { rotation_vector = [0.0, 0.349, 0.0] }\n";
+const std::string table =
+    "[[block]]\nname = \"table\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [2.0, 2.0, 1.0]\nposition = [0.0, 0.0, -0.5]\nfixed = true\n"
+    "[[plane]]\npoint = [0.0, 0.0, -1.0]\nnormal = [0.0, 0.0, 1.0]\nmaterial = \"ground\"\n"
+    "[[block]]\nname = \"bar\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.2, 0.3, 0.3]\nposition = [0.5, 0.2, 0.151]\nvelocity = [1.0, 0.3, 0.0]\n"
+    "orientation = { rotation_vector = [0.0, 0.0, 0.3] }\n";
+const std::string level = "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\nmaterial = \"ground\"\n";
+const std::string roller = level +
+                           "[[block]]\nname = \"roller\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nvolume = 0.5\nposition = [0.0, 0.0, 0.6]\n"
+                           "velocity = [4.0, 0.0, 0.0]\nspin = [0.0, 6.0, 1.0]\n";
+// Lands on an edge, which becomes a face: its tributary area grows by the hundred.
+const std::string edge_first = level +
+                               "[[block]]\nname = \"hit\"\nmaterial = \"rock\"\nshape = \"icosahedron\"\nmass = 4000.0\nposition = [0.0, -5.06, 1.577]\n"
+                               "velocity = [0.0, -3.064, -9.232]\nspin = [-3.033, 0.0, 2.309]\norientation = { quaternion = [-0.4561059818521242, -0.8899254650355332, 0.0, 0.0] }\n";
+
+class SpringSwaps : public testing::TestWithParam<Swap> {};
+
+TEST_P(SpringSwaps, MakeNoEnergy) {
+  const Swap& swap = GetParam();
+  SceneText text(verify::Method::by_accuracy(1e-3), 1.0);
+  text.history(0.002).material("rock", 2600, "young = 30e9\npoisson = 0.25\n").material("ground", 2600);
+  text.interface("*", "*", swap.friction, swap.stiffness).raw(swap.bodies);
+  const verify::Outcome o = verify::run_scene(text.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  double in_motion = 0, growth = 0, residual = 0, friction_back = 0;
+  for (const sim::HistoryRow& r : o.rows) in_motion = std::max(in_motion, r.ledger.kinetic);
+  const auto energy = [](const sim::HistoryRow& r) { return r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact; };
+  for (std::size_t i = 0; i < o.rows.size(); ++i) {
+    residual = std::max(residual, std::abs(o.rows[i].ledger.residual));
+    if (i == 0) continue;
+    growth = std::max(growth, energy(o.rows[i]) - energy(o.rows[i - 1]));
+    friction_back = std::max(friction_back, o.rows[i - 1].ledger.friction_work - o.rows[i].ledger.friction_work);
+  }
+  EXPECT_LE(growth, 1e-4 * in_motion);
+  EXPECT_LE(residual, 1e-9 * in_motion);
+  EXPECT_LE(friction_back, 1e-4 * in_motion);
+  EXPECT_LE(std::abs(o.last().ledger.algorithmic), swap.kept * in_motion);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, SpringSwaps,
+                         testing::Values(Swap{"RidgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, ridge, 1e-3}, Swap{"RidgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, ridge, 2e-3},
+                                         Swap{"RidgePerAreaRough", "normal_stiffness = \"1e8 Pa/m\"", 0.5, ridge, 0.2}, Swap{"TableEdgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, table, 5e-3},
+                                         Swap{"TableEdgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, table, 0.05}, Swap{"RollingPerArea", "normal_stiffness = \"1e8 Pa/m\"", 1, roller, 1e-3},
+                                         Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05}, Swap{"EdgeFirst", "", 0.6, edge_first, 1e-3}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace talus::stress
