@@ -11,6 +11,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double steep = 0.17;              // 10 degrees: an edge falling more than this from a vertex is no contact edge
 constexpr double lean = 0.02;               // faces and edges closer than this to parallel are completed to manifolds
 constexpr double parallel_cosine = 0.9998;
+constexpr double sharpest_notch = 4;        // tangent of half the angle by which its faces turn: 150 degrees
 constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
 
 /// About a triangle: its centroid and how far it reaches from there.
@@ -130,10 +131,12 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
       const auto& t = T.triangles[k];
       const double h = t.n.dot(v.x) - t.level;
       if (h > s.margin || (behind && h < -s.touch)) continue;
-      const double reach = balls[k].radius + 100 * s.touch;
+      // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times that where the notch is sharp.
+      const double beside = h < -s.touch ? -sharpest_notch * h : 0;
+      const double reach = balls[k].radius + beside + 100 * s.touch;
       if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach) continue;   // it projects beside the triangle
       if (h < -s.touch) {
-        behind = h > -s.depth && inside(t, v.x, 0) >= 0;
+        behind = h > -s.depth && inside(t, v.x, beside) >= 0;
         continue;
       }
       const int where = inside(t, v.x, s.touch);

@@ -182,7 +182,15 @@ bool IslandStepper::locate_event(double& h, int passes) {
     // None on the blocks' own path: a shorter step, whose path is known better.
     step = 0.5 * step > sure ? 0.5 * step : sure;
     if (!solve_for(step)) return false;
-    if (step <= sure) break;
+    if (step <= sure) {
+      // Met by the search, and still no contact is named there: on by a thousandth of the size at a time, else it would be met again at once.
+      const double least = std::min(h, 1e-3 * length_ / speed_);
+      if (step < least && !std::isfinite(worst_onset(step))) {
+        if (!solve_for(least)) return false;
+        step = least;
+      }
+      break;
+    }
     s = first_impact();
     gap = worst_onset(step);
   }

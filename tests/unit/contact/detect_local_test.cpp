@@ -174,6 +174,23 @@ TEST(SurfaceContact, ValleyHoldsACubeOnBothSides) {
   EXPECT_NEAR(right, 1, 1e-9);
 }
 
+TEST(SurfaceContact, CornerBehindANotchIsInsideThoughItProjectsOnNeitherFace) {
+  // A slope of 45 degrees meets level ground at x = 0; the block's edge lies 0.1 m below the notch, on its bisector.
+  TriangleSurface g;
+  g.vertices = {{-5, -5, 5}, {-5, 5, 5}, {0, -5, 0}, {0, 5, 0}, {5, -5, 0}, {5, 5, 0}};
+  g.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}};
+  const SurfaceIndex index(g);
+  const double bisector = M_PI / 8;   // of the normals, from the vertical
+  Pose p;
+  p.F = turn(Vec3::UnitY(), M_PI / 4);   // an edge down
+  p.c = Vec3(-0.1 * std::sin(bisector), 0, -0.1 * std::cos(bisector) + std::sqrt(0.5));
+  const auto c = on(index, cube, p, 1e-6);
+  int inside = 0;
+  for (const auto& x : c)
+    if (std::abs(x.gap + 0.1) < 1e-9) ++inside;
+  EXPECT_EQ(inside, 2);   // both ends of the edge
+}
+
 TEST(SurfaceContact, CubeInACornerOfThreeWalls) {
   TriangleSurface s;
   s.vertices = {{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}, {0, 0, 4}, {4, 0, 4}, {0, 4, 4}};
