@@ -70,7 +70,7 @@ TEST_P(SpringSwaps, MakeNoEnergy) {
 INSTANTIATE_TEST_SUITE_P(Scenes, SpringSwaps,
                          testing::Values(Swap{"RidgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, ridge, 1e-3}, Swap{"RidgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, ridge, 1e-2},
                                          Swap{"RidgePerAreaRough", "normal_stiffness = \"1e8 Pa/m\"", 0.5, ridge, 0.2}, Swap{"TableEdgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, table, 5e-3},
-                                         Swap{"TableEdgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, table, 0.05}, Swap{"RollingPerArea", "normal_stiffness = \"1e8 Pa/m\"", 1, roller, 1e-3},
+                                         Swap{"TableEdgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, table, 0.2}, Swap{"RollingPerArea", "normal_stiffness = \"1e8 Pa/m\"", 1, roller, 1e-3},
                                          Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05}, Swap{"EdgeFirst", "", 0.6, edge_first, 0.05}),
                          [](const auto& info) { return std::string(info.param.name); });
 
