@@ -120,8 +120,12 @@ void ElementOperator::add_internal_force(const double* u, double* f, bool finite
 
 void ElementOperator::add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const {
   if (cells.empty()) return;
-  ElementPack pack = make_pack(cells, CellShape::general, false);
+  ElementPack pack = pack_of(cells);
   for (double& s : pack.scale) s *= factor;
+  add_internal_force_of(pack, u, f, finite);
+}
+
+void ElementOperator::add_internal_force_of(const ElementPack& pack, const double* u, double* f, bool finite) const {
   kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
 }
 

@@ -39,6 +39,9 @@ class ElementOperator {
   void add_internal_force(const double* u, double* f, bool finite, bool measures, const ElasticLimits* limits = nullptr);
   /// The same for a few cells, times `factor` (-1 takes out what was added). Measures are not touched.
   void add_internal_force_of(const std::vector<int>& cells, const double* u, double* f, bool finite, double factor) const;
+  /// Packed once for calls again and again, where `scale` says which lanes count.
+  ElementPack pack_of(const std::vector<int>& cells) const { return make_pack(cells, CellShape::general, false); }
+  void add_internal_force_of(const ElementPack& pack, const double* u, double* f, bool finite) const;
   void add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const;
 
   void set_on(int cell, bool on);

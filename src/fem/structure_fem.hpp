@@ -169,8 +169,8 @@ class FemStructure : public Structure {
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;
   std::vector<Member> members_;
-  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; };
-  std::vector<MemberPlace> member_places_;
+  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; };
+  mutable std::vector<MemberPlace> member_places_;   // which lanes of their packs count is set for every use
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
 

@@ -19,8 +19,9 @@ Vec3 mean_displacement(const std::vector<int>& nodes, const AlignedVector& u) {
 void FemStructure::set_members() {
   if (supports_.nodes.empty()) return;
   for (const Pier& pier : find_piers(spec_)) {
-    MemberPlace m{pier, place_of(pier, mesh_, stations), {}, {}};
+    MemberPlace m{pier, place_of(pier, mesh_, stations), {}, {}, {}};
     if (m.place.cells.empty()) continue;
+    for (const Cut& cut : m.place.cuts) m.cut_packs.push_back(operator_->pack_of(cut.cells));
     if (bars_) {
       m.segments = bars_->segments_in(m.place.cells);
       for (const Cut& cut : m.place.cuts) m.cut_segments.push_back(bars_->segments_in(cut.cells));
@@ -61,24 +62,23 @@ std::vector<MemberState> FemStructure::member_states() const {
 
 /// `force` is zero on entry and on return.
 MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) const {
-  const MemberPlace& m = member_places_[k];
+  MemberPlace& m = member_places_[k];
   const Vec3 x = members_[k].axis_x, y = members_[k].axis_y, z = x.cross(y);
   MemberState state;
   for (std::size_t i = 0; i < m.place.cuts.size(); ++i) {
     const Cut& cut = m.place.cuts[i];
-    std::vector<int> elastic;
-    for (int cell : cut.cells) {
-      if (!live_[cell] || !own_cell(cell)) continue;
-      if (!damage_ || !damage_->has(cell)) {
-        elastic.push_back(cell);
-        continue;
-      }
+    ElementPack& pack = m.cut_packs[i];
+    for (std::size_t lane = 0; lane < cut.cells.size(); ++lane) {
+      const int cell = cut.cells[lane];
+      const bool counts = live_[cell] && own_cell(cell), cracked = damage_ && damage_->has(cell);
+      pack.scale[lane] = counts && !cracked ? 1 : 0;
+      if (!counts || !cracked) continue;
       double f[24];
       damage_->force_of(cell, u_.data(), f);
       for (int a = 0; a < 8; ++a)
         for (int c = 0; c < 3; ++c) force[4 * mesh_.hexes[cell][a] + c] += f[3 * a + c];
     }
-    operator_->add_internal_force_of(elastic, u_.data(), force.data(), finite_, 1);
+    operator_->add_internal_force_of(pack, u_.data(), force.data(), finite_);
     if (bars_ && first_rank()) bars_->add_forces_of(m.cut_segments[i], u_.data(), live_, force.data());
     const Vec3 centre = members_[k].base + cut.at * z + mean_displacement(cut.nodes, u_);
     Vec3 total = Vec3::Zero(), moment = Vec3::Zero();
