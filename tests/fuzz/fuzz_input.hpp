@@ -8,6 +8,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/error.hpp"
+
 namespace talus::fuzz {
 
 struct Input {
@@ -25,6 +27,16 @@ inline void require(bool good, const char* what) {
   if (good) return;
   std::fprintf(stderr, "property violated: %s\n", what);
   std::abort();
+}
+
+/// What is read is read, or refused with InputError that names a problem.
+template <class F>
+void read_or_refuse(F&& read) {
+  try {
+    read();
+  } catch (const InputError& e) {
+    require(!e.problems().empty(), "a refusal names a problem");
+  }
 }
 
 /// Made on first use, removed at the end of the program.
