@@ -242,7 +242,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   recorder->finish(outcome, ended ? &final_state : nullptr);
   const sim::RunCounters& n = result.counters;
   recorder->log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
-                               {"structure_steps", n.structure_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
+                               {"structure_steps", n.structure_steps}, {"condensed_steps", n.condensed_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
                                {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
   // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
   if (ended) {

@@ -151,6 +151,26 @@ class Structure {
   /// sub-steps); returns the name of the scheme used.
   virtual std::string advance_alone(double t, double duration) = 0;
 
+  /// Condensed steps: one step of the midpoint rule, an affine map of the contact impulses on touched nodes (docs/theory/coupling.md),
+  ///
+  ///   v_np = v_hat + W p,     u_np = u_n + h (v_n + v_np) / 2,     velocities at the time of the displacements
+  ///
+  /// Longest such step that resolves its motion to the relative `accuracy`; 0: none now (explicit by its own settings, damage grows, or
+  /// waves of a blow still run) [s].
+  virtual double condensed_step(double /*t*/, double /*accuracy*/) { return 0; }
+  /// True if it is to be condensed whatever strikes it (integrator implicit or modal).
+  virtual bool condensed_by_choice() const { return false; }
+  /// Computes v_hat of a condensed step; predicted_velocity() then gives it. The state stays, but that velocities are brought to the
+  /// time of the displacements.
+  virtual void predict_condensed(double /*t*/, double /*h*/) {}
+  /// W of these nodes for the step that was predicted, 3m x 3m, zero where held [1/kg].
+  virtual MatX compliance(std::span<const int> /*nodes*/) { return {}; }
+  /// Finishes the step that predict_condensed() began. False if it may not be: damage would grow in it. Then undo_condensed() is due.
+  virtual bool correct_condensed(double /*t*/, double /*h*/, std::span<const NodeImpulse> /*impulses*/) { return false; }
+  virtual void undo_condensed() {}
+  /// It was struck at t, faster than a condensed step may take: until the waves have passed it asks for explicit sub-steps.
+  virtual void struck(double /*t*/) {}
+
   /// True if nothing would move it: no load, kinetic energy below 1e-8 of the reference, damage not growing.
   virtual bool quiet() const = 0;
   virtual StructureEnergy energy() const = 0;

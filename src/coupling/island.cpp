@@ -307,7 +307,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       linearise_at(b, state_.q[k]);
     }
   }
-  if (!nodes_.empty() || !island_->structures.empty()) collect_node_impulses();
+  if (!island_->structures.empty()) collect_node_impulses();
   book(h);
   out.ok = true;
   return out;
@@ -360,21 +360,29 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   const bool with_structure = !island.structures.empty();
   const bool small = static_cast<int>(island.blocks.size()) <= settings_.event_blocks && !with_structure;
   double done = 0;
+  condensed_ = with_structure && may_condense(t);
   while (duration - done > 1e-12 * duration) {
     const double remaining = duration - done;
     const bool lumped = !small || impacts_ > 200;
     find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
     double h = step_limit(remaining, lumped);
-    if (with_structure) h = structure_step(duration, h);
+    if (condensed_) {
+      const double length = condensed_length(t + done, duration, remaining, h);
+      condensed_ = length > 0;
+      if (condensed_) h = length;
+    }
+    if (!condensed_) skins_.clear();
+    if (with_structure && !condensed_) h = structure_step(duration, h);
     h = std::min(h, remaining);
-    if (h < remaining) h = remaining / std::ceil(remaining / h - 1e-9);
+    if (h < remaining && !condensed_) h = remaining / std::ceil(remaining / h - 1e-9);
     find(h);
+    if (with_structure && !condensed_) blow(t + done, h);
     if (!lumped && !impact_stage()) {
       report_.failure = "impact could not be solved";
       return report_;
     }
     weigh_springs();
-    if (settings_.fixed_step <= 0) h = std::min(h, spring_limit(h, lumped));
+    if (settings_.fixed_step <= 0 && !condensed_) h = std::min(h, spring_limit(h, lumped));
     const bool closed = has_closed();
     const int passes = lumped || !closed ? 1 : 3;
     save();
@@ -394,7 +402,11 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       }
       step_length_ = h;
       if (with_structure)
-        for (int s : island.structures) env_.structures[static_cast<std::size_t>(s)].structure->predict(t + done, h);
+        for (int s : island.structures) {
+          Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
+          condensed_ ? structure.predict_condensed(t + done, h) : structure.predict(t + done, h);
+        }
+      if (condensed_) gather_skins();
       // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
       Outcome o = smooth(h, lumped, passes, halved >= 8 || 0.5 * h < settings_.min_step);
       const double limit = 0.1 * settings_.accuracy;
@@ -402,7 +414,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         restore();
         ++report_.counters.rejected;
         if (!o.ok) ++report_.counters.tier_d, ++halved;
-        h *= o.ok ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
+        h *= o.ok && !condensed_ ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
         if (h < settings_.min_step) {
           report_.failure = "the contact problem could not be solved at the smallest step";
           return report_;
@@ -424,9 +436,20 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
           ++report_.counters.rejected;
           for (Touch& touch : touches_)
             if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / h;
-          h *= std::clamp(0.99 * s, 0.01, 0.99);
+          h *= condensed_ ? 0.5 : std::clamp(0.99 * s, 0.01, 0.99);
           continue;
         }
+      }
+      if (condensed_ && settings_.fixed_step <= 0) {
+        const double error = condensed_error(h);
+        if (error > limit && h > 10 * settings_.min_step) {
+          restore();
+          report_.ledger = before;
+          ++report_.counters.rejected;
+          h *= 0.5;
+          continue;
+        }
+        suggested_ = error < limit / 8 ? 2 * h : h;
       }
       if (!lumped && settings_.fixed_step <= 0 && closed) {
         if (releases < 3 && cut_at_release(h)) {
@@ -479,16 +502,24 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     }
     double taken = h;
     if (!lumped) locate_event(taken, passes);
+    if (condensed_ && !correct_skins(t + done, taken)) {
+      restore();
+      report_.ledger = before;
+      ++report_.counters.rejected;
+      condensed_ = false;   // for the rest of the stretch
+      continue;
+    }
     if (with_structure) {
       for (int s : island.structures) {
         StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
-        thread_local std::vector<NodeImpulse> shares;
-        shares.clear();
-        for (const NodeShare& n : node_impulses_)
-          if (n.structure == s) shares.push_back({n.node, n.impulse});
-        part.structure->correct(t + done, taken, shares);
+        if (!condensed_) {
+          shares_.clear();
+          for (const NodeShare& n : node_impulses_)
+            if (n.structure == s) shares_.push_back({n.node, n.impulse});
+          part.structure->correct(t + done, taken, shares_);
+        }
         part.index->refit(part.structure->surface());
-        ++report_.counters.structure_steps;
+        ++(condensed_ ? report_.counters.condensed_steps : report_.counters.structure_steps);
       }
     }
     commit(t + done + taken, taken);
@@ -504,7 +535,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       report_.at_rest = false;
     }
   }
-  report_.next_step = with_structure ? 2 * suggested_ : suggested_;
+  report_.next_step = with_structure && !condensed_ ? 2 * suggested_ : suggested_;
   return report_;
 }
 
@@ -537,8 +568,10 @@ bool IslandStepper::gains_energy() const {
 }
 
 void IslandStepper::rest_check(double h) {
-  const double still = 1e-6 * model_.gravity.norm() * h;
-  bool rest = island_->structures.empty() && still > 0 && certified_;
+  double still = 1e-6 * model_.gravity.norm() * h;
+  bool rest = still > 0 && certified_;
+  for (int s : island_->structures) rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
+  if (condensed_) still += 2 * skin_speed();
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     const double radius = model_.blocks[k].shape->radius;

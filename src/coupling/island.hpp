@@ -7,6 +7,7 @@
 ///   4. drift of closed hard contacts projected back to gap >= 0, its energy booked
 /// Small islands are event driven: the step ends at the next onset, which is an impulse of no duration. In large islands and at
 /// structures onsets are rows on the gap at the end of the step (order 1).
+/// Structures take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps (island_condensed.cpp).
 #pragma once
 #include <atomic>
 #include <memory>
@@ -74,6 +75,7 @@ class IslandStepper {
   double reach(int block, double h) const;
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
+  bool leapfrog(const Touch& touch) const { return !condensed_ && deformable_structure(touch); }
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
@@ -117,6 +119,19 @@ class IslandStepper {
   void commit(double t_end, double h);
   void save();
   void restore();
+  // island_condensed.cpp
+  double gentle_speed() const;
+  bool chosen_condensed() const;
+  bool may_condense(double t);
+  bool all_rest();
+  bool blow(double t, double h) const;
+  double condensed_length(double t, double duration, double remaining, double longest);
+  void gather_skins();
+  Vec3 add_skin_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
+  double condensed_error(double h) const;
+  double approach_left(const Touch& touch, double h) const;
+  bool correct_skins(double t, double h);
+  double skin_speed() const;
   double step_limit(double remaining, bool lumped) const;
   double rise_limit() const;
   double structure_step(double duration, double longest);
@@ -149,6 +164,10 @@ class IslandStepper {
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
+  struct Skin { int structure; std::vector<int> node; MatX inverse, mass; VecX v_hat, v_before; };   // touched nodes, ascending; their W and W^-1
+  std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
+  bool condensed_ = false;                // the structures take condensed steps
+  std::vector<NodeImpulse> shares_;
   struct HeldShare { int structure, node, contact; double weight; };
   std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse
   struct NodeShare { int structure, node; Vec3 impulse, position; };

@@ -87,7 +87,7 @@ void IslandStepper::apply(double h) {
       Vec12 g = Vec12::Zero();
       g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
       b.impulse += g;
-      b.shift += (b.end_rule ? 1.0 : t.theta) * g;
+      b.shift += (b.end_rule ? 1.0 : condensed_ && deformable_structure(t) ? 0.5 : t.theta) * g;
     }
   }
   each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
@@ -153,8 +153,10 @@ void IslandStepper::book(double h) {
       } else {
         // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
         const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
-        const Eigen::Map<const Vec3> end(problem_.v.data() + offset);
-        structure += j * (0.5 * (nodes_[static_cast<std::size_t>(term.body) - bodies_.size()].v_before + end));
+        const Eigen::Map<const VecX> end(problem_.v.data() + offset, n);
+        const std::size_t part = static_cast<std::size_t>(term.body) - bodies_.size();
+        if (condensed_) structure += j * (0.5 * (skins_[part].v_before + end));
+        else structure += j * (0.5 * (nodes_[part].v_before + end));
       }
     }
     const Vec3 mean = blocks + structure;
@@ -246,13 +248,21 @@ void IslandStepper::collect_node_impulses() {
     const NodeBody& n = nodes_[i];
     node_impulses_.push_back({n.structure, n.node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
   }
+  std::vector<std::size_t> first;   // of each skin's nodes
+  for (const Skin& s : skins_) {
+    first.push_back(node_impulses_.size());
+    for (const int node : s.node)
+      node_impulses_.push_back({s.structure, node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+  }
   for (const contact::ProblemContact& c : problem_.contacts)
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      const int node = term.body - static_cast<int>(bodies_.size());
-      if (node < 0) continue;
-      node_impulses_[static_cast<std::size_t>(node)].impulse +=
-          Eigen::Map<const Mat3>(problem_.jacobians.data() + term.jacobian).transpose() * c.impulse;
+      const int part = term.body - static_cast<int>(bodies_.size());
+      if (part < 0 || c.impulse.isZero(0)) continue;
+      const std::size_t at = condensed_ ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
+      const std::size_t count = condensed_ ? skins_[static_cast<std::size_t>(part)].node.size() : 1;
+      for (std::size_t i = 0; i < count; ++i)
+        node_impulses_[at + i].impulse += Eigen::Map<const Mat3>(problem_.jacobians.data() + static_cast<std::size_t>(term.jacobian) + 9 * i).transpose() * c.impulse;
     }
   for (const Touch& t : touches_)
     for (const HeldShare& s : held_) {
@@ -343,8 +353,8 @@ void IslandStepper::commit(double t_end, double h) {
       // Both sides as they were really applied: the block through its point, the structure through its nodes.
       on_blocks += p;
       blocks_force += p.norm();
-      moment += t.at.point_a.cross(p);
-      moment_scale += (t.at.point_a.norm() + length_) * p.norm();
+      moment += t.acts_at.cross(p);
+      moment_scale += (t.acts_at.norm() + length_) * p.norm();
     }
   }
   for (StructureContact& row : impacts_on_skin_) {   // as the mean over the step that they began

@@ -18,6 +18,10 @@ double IslandStepper::normal_compliance(const contact::ProblemContact& c) const 
       Vec12 row = Vec12::Zero();
       for (int i = 0; i < b.ndof; ++i) row[i] = j[3 * i];
       sum += row.head(b.ndof).dot(b.free.inverse.topLeftCorner(b.ndof, b.ndof) * row.head(b.ndof));
+    } else if (condensed_) {
+      const Skin& s = skins_[static_cast<std::size_t>(term.body) - bodies_.size()];
+      const Eigen::Map<const VecX, 0, Eigen::InnerStride<3>> row(j, s.inverse.rows());
+      sum += row.dot(s.inverse * row);
     } else {
       const NodeBody& n = nodes_[static_cast<std::size_t>(term.body) - bodies_.size()];
       sum += (j[0] * j[0] + j[3] * j[3] + j[6] * j[6]) / n.mass;

@@ -30,6 +30,13 @@ void push_rolling(std::vector<double>& pool, const Mat3& frame, int ndof, double
     for (int r = 0; r < 3; ++r) pool.push_back(r > 0 && c >= 3 && c < 6 ? arm * frame(c - 3, r) : 0.0);
 }
 
+/// The point of a skin that weights name.
+Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
+  Vec3 x = Vec3::Zero();
+  for (int i = 0; i < w.count; ++i) x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
+  return x;
+}
+
 double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI); }
 
 }  // namespace
@@ -58,6 +65,7 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
 /// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity (world) and adds
 /// sign times that to u_ref (frame).
 Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
+  if (condensed_) return add_skin_terms(structure, w, frame, sign, u_ref);
   const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
@@ -152,7 +160,14 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   const bool onset = t.mode == Mode::end && t.at.gap > touch_gap();
   Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
-  if (with_structure) p_mid_a = p_mid_b = t.at.point_a;
+  SurfaceWeights face;
+  if (with_structure) {
+    const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+    face = surface_weights(skin, t.at.face_a, condensed_ ? p_mid_b : t.at.point_a);
+    t.acts_at = t.at.point_a;
+    if (condensed_) t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
+    p_mid_a = p_mid_b = t.acts_at;
+  }
 
   t.normal = n_mid;
   t.frame = contact_frame(n_mid);
@@ -163,17 +178,18 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     const int offset = static_cast<int>(problem_.jacobians.size());
     // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
-    push_jacobian(problem_.jacobians, t.frame, p - (with_structure ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
+    push_jacobian(problem_.jacobians, t.frame, p - (with_structure && !condensed_ ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
                   b.half_turn * b.rotation0, b.ndof, sign);
     problem_.terms.push_back({static_cast<int>(&b - bodies_.data()), offset});
     u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + offset, 3, b.ndof) *
              b.v_ref.head(b.ndof);
   };
-  Vec3 a_end = a_end_body;
+  Vec3 a_end = a_end_body, u_skin = Vec3::Zero();
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
   if (with_structure) {
-    const SurfaceWeights w = surface_weights(env_.structures[static_cast<std::size_t>(t.a.index)].index->surface(), t.at.face_a, t.at.point_a);
-    a_end += h * add_structure_terms(t.a.index, w, t.frame, -1, u_ref);
+    const Vec3 before = u_ref;
+    a_end += h * add_structure_terms(t.a.index, face, t.frame, -1, u_ref);
+    u_skin = u_ref - before;
   }
   add_body(body_b, p_mid_b, 1);
   c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
@@ -181,12 +197,12 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end) + t.offset;
   Vec3 u_end = u_ref;
-  if (t.mode == Mode::closed) {
+  if (t.mode == Mode::closed || (with_structure && condensed_ && t.mode == Mode::end)) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
     Mat3 frame_end = t.frame;
     if (carrier != nullptr) frame_end = carrier->half_turn * t.frame;
-    u_end = frame_end.transpose() * relative;
+    u_end = frame_end.transpose() * relative + u_skin;
   }
 
   t.gap_ref = gap_ref;
@@ -206,6 +222,11 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::end: {
       t.theta = 1;
+      if (with_structure && condensed_) {
+        c.bias = u_end - u_ref;
+        c.bias[0] += approach_left(t, h);
+        break;
+      }
       c.bias[0] = (gap_ref - (with_structure ? left_inside(t.at.gap, h) : 0.0)) / h - u_ref[0];
       if (!first_pass) c.bias.tail<2>().setZero();
       if (with_structure) break;
@@ -223,13 +244,16 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       // The law about the indentation reached by the last pass: force + slope (x - x_last), x = -gap_ref - theta h (u - u_ref).
       const bool mean = t.mode == Mode::spring_mean;
       t.theta = mean ? 0.5 : 1;
-      if (first_pass) t.indentation = -gap_ref;
+      // At a condensed step the indentation follows the velocity at the end, whatever the rule of the positions.
+      const bool by_rate = with_structure && condensed_ && !mean;
+      if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
+      if (first_pass) t.indentation = -t.gap_ref;
       double slope = t.normal_law.slope(t.indentation);
       const double force = mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, slope) : t.normal_law.force(t.indentation);
       slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
       const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
       c.compliance[0] = 1 / (spring + dashpot);
-      c.bias[0] = c.compliance[0] * (h * slope * (gap_ref + t.indentation) - h * force - spring * u_ref[0] + (mean ? dashpot * t.approach : 0.0));
+      c.bias[0] = c.compliance[0] * (h * slope * (t.gap_ref + t.indentation) - h * force - spring * u_ref[0] + (mean ? dashpot * t.approach : 0.0));
       break;
     }
     case Mode::spring_secant:
@@ -240,7 +264,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
     case Mode::idle: break;
   }
   if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
-    shear_row(t, c, h, t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a)), u_ref);
+    shear_row(t, c, h, with_structure && condensed_ && t.mode == Mode::spring_end ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts.push_back(c);
 }
@@ -336,6 +360,17 @@ void IslandStepper::finish_bodies() {
           pool_.push_back(r != c ? 0 : pass == 0 ? m : 1 / m);
         }
     for (int i = 0; i < 3; ++i) problem_.v_hat.push_back(n.v_hat[i]);
+    problem_.bodies.push_back(p);
+  }
+  for (const Skin& s : skins_) {
+    contact::ProblemBody p;
+    p.ndof = static_cast<int>(s.inverse.rows());
+    p.offset = offset;
+    offset += p.ndof;
+    pool_offset_.push_back(pool_.size());
+    pool_.insert(pool_.end(), s.mass.data(), s.mass.data() + s.mass.size());
+    pool_.insert(pool_.end(), s.inverse.data(), s.inverse.data() + s.inverse.size());
+    problem_.v_hat.insert(problem_.v_hat.end(), s.v_hat.data(), s.v_hat.data() + s.v_hat.size());
     problem_.bodies.push_back(p);
   }
   for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {

@@ -114,7 +114,7 @@ void IslandStepper::weigh_springs() {
 double IslandStepper::spring_limit(double h, bool lumped) const {
   double limit = h;
   for (const Touch& t : touches_) {
-    if (t.stiffness == 0 || !t.energetic || deformable_structure(t)) continue;
+    if (t.stiffness == 0 || !t.energetic || leapfrog(t)) continue;
     const double resolved = phase_asked(settings_.accuracy) * resolved_phase / std::sqrt(t.rate_sq);
     if (t.at.gap < -1e-9 * length_ || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
@@ -136,7 +136,7 @@ void IslandStepper::choose_springs(double h, bool lumped) {
   for (Touch& t : touches_) {
     t.spring = Mode::idle;
     if (t.stiffness == 0) continue;
-    if (deformable_structure(t)) {
+    if (leapfrog(t)) {
       // The step before counts, too: the leapfrog's force lies between both.
       if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0) t.spring = Mode::spring_secant;
       continue;
@@ -146,7 +146,7 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     if (t.at.gap > 0 && !meets) continue;
     const bool resolved = h * std::sqrt(t.rate_sq) <= resolved_phase;
     t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
-    any_end = any_end || !resolved;
+    any_end = any_end || (!resolved && !deformable_structure(t));   // a condensed step is the trapezoid's, whatever the spring's rule
   }
   // A body has one rule, so blocks that springs connect share it.
   for (bool changed = any_end; changed;) {

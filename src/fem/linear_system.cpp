@@ -53,13 +53,15 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   return k;
 }
 
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs) {
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
+                                   const std::vector<char>* live) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
   for (int cell = 0; cell < cells; ++cell)
     for (int a : mesh.hexes[cell])
       for (int b : mesh.hexes[cell]) touched[a].push_back(b);
+  for (int a = 0; a < nodes; ++a) touched[a].push_back(a);   // the diagonal is stored, zero or not
   for (const Spring& spring : springs)
     for (int a : spring.node)
       for (int b : spring.node) touched[a].push_back(b);
@@ -93,6 +95,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
     return true;
   };
   for (int cell = 0; cell < cells; ++cell) {
+    if (live != nullptr && !(*live)[cell]) continue;
     if (of < 0 || !same_shape(of, cell)) k = element_stiffness(mesh, cell, shear, bulk), of = cell;
     for (int b = 0; b < 24; ++b) {
       const int column = dofs.number[mesh.hexes[cell][b / 3]][b % 3];

@@ -39,7 +39,9 @@ struct Spring {
 using ElementMatrix = Eigen::Matrix<double, 24, 24>;
 
 ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {});
+/// `live`: cells that count, per cell; null: all.
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {},
+                                   const std::vector<char>* live = nullptr);
 
 /// Cholesky factor (CHOLMOD, supernodal, METIS).
 class CholeskyFactor {

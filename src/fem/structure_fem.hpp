@@ -37,10 +37,26 @@ namespace talus::fem {
 struct LinearDynamics;
 struct LinearDynamicsDeleter { void operator()(LinearDynamics* p) const; };
 
+/// Factors, columns of the compliance and the step at hand of the condensed regime; made with its first step.
+struct Condensed;
+struct CondensedDeleter { void operator()(Condensed* p) const; };
+
 /// Degrees of freedom up to which the stiffness is factored; above, multigrid is cheaper in time and memory.
 constexpr int largest_factored_system = 150000;
 
 using Report = std::function<void(const std::string&)>;
+
+/// Between nodal fields (nodes x 4) and free degrees of freedom.
+inline void gather(const DofMap& dofs, const AlignedVector& from, VecX& to) {
+  for (std::size_t i = 0; i < dofs.number.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs.number[i][c]; d >= 0) to[d] = from[4 * i + c];
+}
+inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
+  for (std::size_t i = 0; i < dofs.number.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
+}
 
 class FemStructure : public Structure {
  public:
@@ -59,6 +75,14 @@ class FemStructure : public Structure {
   Vec3 predicted_velocity(int node) const override;
   void correct(double t, double h, std::span<const NodeImpulse> impulses) override;
   std::string advance_alone(double t, double duration) override;
+
+  double condensed_step(double t, double accuracy) override;
+  bool condensed_by_choice() const override { return spec_.integrator == "implicit" || spec_.integrator == "modal"; }
+  void predict_condensed(double t, double h) override;
+  MatX compliance(std::span<const int> nodes) override;
+  bool correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) override;
+  void undo_condensed() override;
+  void struck(double t) override { blow_time_ = t; }
 
   bool quiet() const override;
   StructureEnergy energy() const override;
@@ -129,6 +153,16 @@ class FemStructure : public Structure {
   void modal_motion(double t, double duration);
   void implicit_steps(double t, double duration);
   void save_linear(std::vector<double>& state) const;
+  // structure_condensed.cpp
+  bool condensable() const;          // by what it is and what was asked for
+  double lowest_frequency() const;   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
+  double dissipation() const;        // of the last evaluation of the laws, not yet accepted [J]
+  bool at_ease() const;              // the last evaluation lets no law grow
+  bool loads_hold(double from, double to) const;
+  void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
+  bool ring_on(double t, double duration);   // by condensed steps alone; false: not now
+  Condensed& condensed(double h);
+  const MatX& condensed_column(int node);
   std::size_t restore_linear(std::span<const double> state);
   // structure_break.cpp
   std::array<double, 8> node_shares(int cell) const;
@@ -172,6 +206,8 @@ class FemStructure : public Structure {
   struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; };
   mutable std::vector<MemberPlace> member_places_;   // which lanes of their packs count is set for every use
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
+  std::unique_ptr<Condensed, CondensedDeleter> condensed_;
+  mutable double lowest_frequency_ = 0;   // 0: not asked for yet
   double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
 
   // several ranks
@@ -201,12 +237,13 @@ class FemStructure : public Structure {
   double reference_kinetic_ = 0;
   double still_since_ = 0;           // kinetic energy has been below the limit since then
   bool still_ = false;
+  double blow_time_ = -1e300;           // when a blow was last taken that a condensed step may not take [s]
 
   // derived
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
   AlignedVector inverse_mass_;       // nodes x 4, 0 where held
   AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
-  bool forces_valid_ = false, weights_valid_ = false;
+  bool forces_valid_ = false, weights_valid_ = false, laws_taken_ = false;   // laws_taken_: what they evaluated at the present state is accepted and booked
   double forces_time_ = 0;
   double stored_part_ = 0;           // elastic energy now, this rank's part
   std::vector<int> struck_;          // nodes with an entry in contact_impulse_

@@ -31,16 +31,6 @@ struct LinearDynamics {
 void LinearDynamicsDeleter::operator()(LinearDynamics* p) const { delete p; }
 
 namespace {
-void gather(const DofMap& dofs, const AlignedVector& from, VecX& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[d] = from[4 * i + c];
-}
-void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
-}
 constexpr int wanted_modes = 24;
 constexpr double truncated_share = 1e-3;  // of the energy in motion; above it the modes left out matter
 }  // namespace
@@ -302,6 +292,7 @@ std::string FemStructure::advance_alone(double t, double duration) {
   const std::string& how = spec_.integrator;
   const bool linear = !finite_ && !bars_ && !bearings_ && !supports_.nodes.empty() && dofs_.size <= largest_factored_system;
   const double explicit_count = std::ceil(duration / critical_step_);
+  if (!linear && ring_on(t, duration)) return "condensed";
   if (how == "explicit" || !linear || (how == "auto" && explicit_count < 8)) {
     explicit_steps(t, duration);
     return "explicit";

@@ -161,6 +161,10 @@ std::string FemStructure::plan() const {
                                  kernels().name, kernels().width);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
+  text += spec_.integrator == "explicit" || supports_.nodes.empty() || dofs_.size > largest_factored_system
+              ? fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
+                            spec_.integrator == "explicit" ? "integrator" : supports_.nodes.empty() ? "no support" : "too large to factor")
+              : fmt::format("{}: condensed steps while blocks are at it, nothing grows{}\n", spec_.name, condensed_by_choice() ? "" : " and no blow comes");
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
                                    spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off");
@@ -181,7 +185,7 @@ std::string FemStructure::plan() const {
 void FemStructure::save(std::vector<double>& state) const {
   share_motion();
   share_bars();
-  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, lone_steps_,
+  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work, books_.algorithmic});
   for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -210,6 +214,7 @@ void FemStructure::restore(std::span<const double> state) {
   };
   h_last_ = next(), time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
   still_ = next() != 0;
+  blow_time_ = next();
   lone_steps_ = next();
   books_ = {};
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
@@ -259,6 +264,7 @@ void FemStructure::restore(std::span<const double> state) {
 void FemStructure::start_over() {
   books_ = {};
   still_since_ -= time_;
+  blow_time_ -= time_;
   time_ = 0;
   contact_step_ = 0;
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);

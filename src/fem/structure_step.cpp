@@ -30,6 +30,7 @@ void FemStructure::external_force(double t) {
 
 void FemStructure::forces(double t) {
   if (!forces_valid_) {
+    laws_taken_ = false;
     const bool measures = finite_ || damage_;
     const auto clear = [&](AlignedVector& f) {
       for (const auto& [first, last] : touched_) std::fill(f.begin() + 4L * first, f.begin() + 4L * last, 0.0);
@@ -213,7 +214,10 @@ bool FemStructure::undisturbed(double t, double duration) const {
   return true;
 }
 
-double FemStructure::settling_time() const { return omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_; }
+double FemStructure::settling_time() const {
+  if (condensable()) return M_PI / lowest_frequency();
+  return omega_1_ > 0 ? M_PI / omega_1_ : 200 * critical_step_;
+}
 
 bool FemStructure::quiet() const {
   for (const PatchLoad& load : loads_)

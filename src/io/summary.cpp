@@ -360,6 +360,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
                      {"asleep_skipped", c.asleep_skipped},
                      {"flight_closed_form", c.flight_closed_form},
                      {"structure_steps", c.structure_steps},
+                     {"condensed_steps", c.condensed_steps},
                      {"structure_asleep", c.structure_asleep},
                      {"worst_residual", c.worst_residual},
                      {"worst_penetration", c.worst_penetration}};

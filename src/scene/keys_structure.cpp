@@ -64,7 +64,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.bond", .type = Type::choice, .fallback = "\"perfect\"", .doc = "Bars move with the concrete, or slip by the law of the Model Code (good conditions, pull-out).", .choices = {"perfect", "mc2010"},
        .source = "fib Model Code 2010, 6.1.1"},
       {.path = "structure.damping_ratio", .type = Type::quantity, .dimension = number, .fallback = "0.0", .doc = "Damping of the first mode, relative to critical.", .min = 0, .max = 1, .below = true},
-      {.path = "structure.integrator", .type = Type::choice, .fallback = "\"auto\"", .doc = "Time integration; auto takes the cheapest that is accurate.", .choices = {"auto", "explicit", "implicit", "modal"}},
+      {.path = "structure.integrator", .type = Type::choice, .fallback = "\"auto\"", .doc = "Time integration; auto takes the cheapest that is accurate. While blocks are at it: explicit sub-steps, or condensed long steps (auto: where nothing grows and no blow comes; implicit, modal: whatever strikes it while nothing grows; explicit: never).", .choices = {"auto", "explicit", "implicit", "modal"}},
       {.path = "structure.critical_step_fraction", .type = Type::quantity, .dimension = number, .fallback = "0.9", .doc = "Explicit step over the stable one.", .min = 0, .max = 1, .above = true},
       {.path = "structure.initial_velocity", .type = Type::vector, .dimension = velocity, .fallback = "[0.0, 0.0, 0.0]", .doc = "Velocity of the whole structure at t = 0 (free bodies)."},
       {.path = "structure.probe", .type = Type::tables, .doc = "Points whose displacement is recorded."},

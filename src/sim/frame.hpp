@@ -71,7 +71,7 @@ struct ContactRow {
 struct RunCounters {
   long steps = 0, rejected = 0, contacts = 0, newton = 0, sweeps = 0, outer = 0, impacts = 0;
   long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
-  long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, structure_asleep = 0;
+  long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, condensed_steps = 0, structure_asleep = 0;
   double worst_residual = 0;        // exact-Coulomb, relative
   double worst_penetration = 0;     // [m]
   double dt = 0;                    // last step [s]

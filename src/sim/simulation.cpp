@@ -145,7 +145,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   clocks(result.counters);
   if (!w.system->environment().structures.empty() && !w.paper) {
     const coupling::AuditSums& a = w.system->audit();
-    result.audit_made = w.system->counters().structure_steps > 0;
+    result.audit_made = w.system->counters().structure_steps + w.system->counters().condensed_steps > 0;
     result.audit.worst_force_imbalance = a.worst_force;
     result.audit.worst_moment_imbalance = a.worst_moment;
     result.audit.work_on_blocks = a.work_on_blocks;

@@ -213,6 +213,7 @@ RunCounters World::counters() const {
   n.tier_e = c.tier_e;
   n.flight_closed_form = c.flights;
   n.structure_steps = c.structure_steps;
+  n.condensed_steps = c.condensed_steps;
   n.structure_asleep = system->structure_asleep();
   n.asleep_skipped = system->asleep_skipped();
   n.worst_residual = c.worst_residual;

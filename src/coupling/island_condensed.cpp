@@ -1,0 +1,243 @@
+// The condensed regime: structures that take long steps while blocks touch them.
+//
+// A structure's step is then an affine map of the contact impulses on its touched nodes, v = v_hat + W p (contact/structure.hpp). In the
+// contact problem it is one body of 3 m degrees of freedom with the dense inverse mass W. Blocks at it move by the same rules as
+// among themselves: velocities live at the time of the positions, which follow the trapezoid.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include <Eigen/Cholesky>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+constexpr double least_gain = 4;   // explicit steps that a condensed one costs at most
+
+/// Inverse of a symmetric matrix; rows that are zero (held) become unit rows.
+MatX inverse_of_free(const MatX& w) {
+  std::vector<int> free;
+  for (int i = 0; i < w.rows(); ++i)
+    if (w(i, i) > 0) free.push_back(i);
+  MatX part(free.size(), free.size());
+  for (std::size_t j = 0; j < free.size(); ++j)
+    for (std::size_t i = 0; i < free.size(); ++i) part(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = w(free[i], free[j]);
+  const MatX inverse = part.llt().solve(MatX::Identity(part.rows(), part.cols()));
+  MatX a = MatX::Identity(w.rows(), w.cols());
+  for (std::size_t j = 0; j < free.size(); ++j)
+    for (std::size_t i = 0; i < free.size(); ++i) a(free[i], free[j]) = inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+  return a;
+}
+
+}  // namespace
+
+/// Normal speed that a condensed step may stop: a rebound of this speed stays below a tenth of the accuracy asked for [m/s].
+double IslandStepper::gentle_speed() const {
+  return std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_), 0.1 * settings_.accuracy * speed_);
+}
+
+bool IslandStepper::chosen_condensed() const {
+  return std::all_of(island_->structures.begin(), island_->structures.end(),
+                     [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice(); });
+}
+
+/// Whether a stretch may begin condensed: no block moves at a structure that it does not rest on, and every structure can.
+bool IslandStepper::may_condense(double t) {
+  if (!island_->surfaces.empty()) return false;
+  // What costs least is asked first.
+  if (!chosen_condensed() && !all_rest()) return false;
+  return std::all_of(island_->structures.begin(), island_->structures.end(),
+                     [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0; });
+}
+
+bool IslandStepper::all_rest() {
+  found_for_ = -1;
+  find(0);
+  double skin = 0;
+  for (int s : island_->structures)
+    for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].index->surface().velocities) skin = std::max(skin, v.norm());
+  for (const CandidatePair& pair : island_->pairs) {
+    if (pair.a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface) continue;
+    const bool rests = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
+      return touch.a == pair.a && touch.b == pair.b && touch.persistent && touch.approach > -gentle_speed();
+    });
+    const auto k = static_cast<std::size_t>(pair.b);
+    if (!rests && skin + state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
+  }
+  return true;
+}
+
+/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told.
+bool IslandStepper::blow(double t, double h) const {
+  bool any = false;
+  for (const Touch& touch : touches_) {
+    if (touch.b < 0 || !deformable_structure(touch) || touch.approach > -gentle_speed()) continue;
+    if (touch.at.gap + h * touch.approach - 0.5 * h * h * model_.gravity.norm() > 0) continue;
+    env_.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
+    any = true;
+  }
+  return any;
+}
+
+/// Step of the condensed regime: a power of two of the stretch, so that few factors serve; 0: it has to be left.
+double IslandStepper::condensed_length(double t, double duration, double remaining, double longest) {
+  const bool chosen = chosen_condensed();
+  double explicit_step = duration;
+  for (int s : island_->structures) {
+    Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
+    double limit = structure.condensed_step(t, settings_.accuracy);
+    if (limit == 0) return 0;
+    // Motion that stays below the accuracy has no period to keep.
+    const double omega = std::sqrt(12 * settings_.accuracy) / limit;
+    double fastest = 0;
+    for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].index->surface().velocities) fastest = std::max(fastest, v.norm());
+    if (fastest <= 0.1 * settings_.accuracy * length_ * omega) limit = std::max(limit, 0.8 / omega);
+    explicit_step = std::min(explicit_step, structure.critical_step());
+    if (settings_.fixed_step <= 0) longest = std::min(longest, limit);
+  }
+  if (suggested_ > 2.5 * explicit_step) longest = std::min(longest, suggested_);   // shorter ones were the explicit regime's
+  double h = duration;
+  while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
+  find(h);
+  if (!chosen && blow(t, h)) return 0;
+  if (settings_.fixed_step > 0) return std::min(h, remaining);
+  // At least so many exchanges while the force of a spring rises.
+  weigh_springs();
+  double rate_sq = 0;
+  for (const Touch& touch : touches_)
+    if (touch.stiffness > 0 && touch.energetic && deformable_structure(touch) && touch.at.gap <= touch_gap()) rate_sq = std::max(rate_sq, touch.rate_sq);
+  const double rise = rate_sq > 0 ? 0.5 * M_PI / std::sqrt(rate_sq) / settings_.exchanges_per_rise : h;
+  const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(h, true)));
+  while (h > spring) h *= 0.5;
+  if (!chosen && h < std::min(least_gain * explicit_step, remaining)) return 0;   // explicit sub-steps cost less
+  return std::min(h, remaining);
+}
+
+/// Nodes that the touches at hand may press on, and their compliance.
+void IslandStepper::gather_skins() {
+  skins_.clear();
+  for (int s : island_->structures) {
+    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
+    Skin skin;
+    skin.structure = s;
+    for (const Touch& t : touches_) {
+      if (t.b < 0 || t.a.kind != Partner::Kind::structure || t.a.index != s) continue;
+      // Its face's nodes: within the step the point may move over all of them.
+      const TriangleSurface& surface = part.index->surface();
+      for (int v : surface.triangles[static_cast<std::size_t>(t.at.face_a)])
+        for (int k = 0; k < surface.nodes[static_cast<std::size_t>(v)].count; ++k) {
+          const int node = surface.nodes[static_cast<std::size_t>(v)].node[static_cast<std::size_t>(k)];
+          if (std::isfinite(part.structure->node_mass(node))) skin.node.push_back(node);
+        }
+    }
+    if (skin.node.empty()) continue;
+    std::sort(skin.node.begin(), skin.node.end());
+    skin.node.erase(std::unique(skin.node.begin(), skin.node.end()), skin.node.end());
+    skin.inverse = part.structure->compliance(skin.node);
+    skin.mass = inverse_of_free(skin.inverse);
+    const auto m = static_cast<Eigen::Index>(skin.node.size());
+    skin.v_hat.resize(3 * m);
+    skin.v_before.resize(3 * m);
+    for (Eigen::Index i = 0; i < m; ++i) {
+      const int node = skin.node[static_cast<std::size_t>(i)];
+      skin.v_hat.segment<3>(3 * i) = part.structure->predicted_velocity(node);
+      skin.v_before.segment<3>(3 * i) = part.structure->node_velocity(node);
+    }
+    skins_.push_back(std::move(skin));
+  }
+}
+
+/// The terms of a point of a structure's skin, as add_structure_terms(); returns the point's mean velocity over the step, which is its
+/// displacement over h.
+Vec3 IslandStepper::add_skin_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
+  const auto skin = std::find_if(skins_.begin(), skins_.end(), [&](const Skin& s) { return s.structure == structure; });
+  Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
+  std::size_t at = 0;
+  const int offset = static_cast<int>(problem_.jacobians.size());
+  if (skin != skins_.end()) {
+    at = problem_.jacobians.size();
+    problem_.jacobians.resize(at + 9 * skin->node.size(), 0.0);
+    problem_.terms.push_back({static_cast<int>(bodies_.size() + static_cast<std::size_t>(skin - skins_.begin())), offset});
+  }
+  for (int i = 0; i < w.count; ++i) {
+    const int node = w.node[static_cast<std::size_t>(i)];
+    const double weight = w.weight[static_cast<std::size_t>(i)];
+    if (weight == 0) continue;
+    const auto found = skin == skins_.end() ? std::vector<int>::const_iterator{} : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
+    if (skin == skins_.end() || found == skin->node.cend() || *found != node) {
+      held_.push_back({structure, node, static_cast<int>(problem_.contacts.size()), sign * weight});
+      continue;
+    }
+    const auto k = static_cast<Eigen::Index>(found - skin->node.cbegin());
+    Eigen::Map<Mat3>(problem_.jacobians.data() + at + 9 * static_cast<std::size_t>(k)) += sign * weight * frame.transpose();
+    end += weight * skin->v_hat.segment<3>(3 * k);
+    mean += 0.5 * weight * (skin->v_hat.segment<3>(3 * k) + skin->v_before.segment<3>(3 * k));
+  }
+  u_ref += sign * (frame.transpose() * end);
+  return mean;
+}
+
+/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]: on to the face what has not touched, gently what
+/// has, out of it (negative) what lies inside. Positions follow the trapezoid, so nothing is projected.
+double IslandStepper::approach_left(const Touch& t, double h) const {
+  if (t.at.gap > 0) return (t.persistent ? 0.2 : 1.0) * t.at.gap / h;
+  return (t.at.gap - left_inside(t.at.gap, h)) / h;
+}
+
+/// Largest error that the change of the contact forces since the last step leaves in positions, over the size of the blocks: the midpoint
+/// rule's h^2/12 times the change of the acceleration, of blocks and of the touched nodes.
+double IslandStepper::condensed_error(double h) const {
+  VecX change = VecX::Zero(static_cast<Eigen::Index>(problem_.v.size()));
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || !deformable_structure(t)) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const Vec3 p = c.impulse - h * (t.frame.transpose() * t.warm);
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+      change.segment(body.offset, body.ndof) += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof).transpose() * p;
+    }
+  }
+  double largest = 0;
+  for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
+    const contact::ProblemBody& body = problem_.bodies[i];
+    const VecX v = Eigen::Map<const MatX>(body.mass_inverse, body.ndof, body.ndof) * change.segment(body.offset, body.ndof);
+    if (i < bodies_.size()) largest = std::max(largest, v.head<3>().norm());
+    else largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  }
+  return h / 12 * largest / length_;
+}
+
+/// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that it was struck.
+bool IslandStepper::correct_skins(double t, double h) {
+  bool taken = true;
+  std::size_t done = 0;
+  for (int s : island_->structures) {
+    Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
+    shares_.clear();
+    for (const NodeShare& n : node_impulses_)
+      if (n.structure == s) shares_.push_back({n.node, n.impulse});
+    taken = structure.correct_condensed(t, h, shares_);
+    ++done;
+    if (!taken) break;
+  }
+  if (!taken)
+    for (std::size_t i = 0; i < done; ++i) {
+      Structure& structure = *env_.structures[static_cast<std::size_t>(island_->structures[i])].structure;
+      structure.undo_condensed();
+      if (i + 1 == done) structure.struck(t);
+    }
+  return taken;
+}
+
+/// A block at rest on a structure at rest moves as the skin below it does.
+double IslandStepper::skin_speed() const {
+  double fastest = 0;
+  for (const Skin& skin : skins_)
+    for (const int node : skin.node) fastest = std::max(fastest, env_.structures[static_cast<std::size_t>(skin.structure)].structure->node_velocity(node).norm());
+  return fastest;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,257 @@
+// Condensed steps: the midpoint rule with cached factors, an affine map of the contact impulses.
+//
+//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 (1/2 + delta) K v_n + p,     A = (1 + alpha h/2) M + h^2/2 (1/2 + delta) K
+//   u_np = u_n + h (v_n + v_np)/2,     W = J A^-1 J^T
+//
+// K is the stiffness of the undamaged cells that are left. Where the structure is linear this is the midpoint rule itself, and with delta = 0
+// keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
+// which is stable and vanishes with h. delta damps what the step does not resolve, of the first mode at most a tenth of its own damping.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <unordered_map>
+
+#include "core/error.hpp"
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+struct Condensed {
+  /// One length of step. All of it follows from the structure and h: what is kept between steps changes no result.
+  struct Level {
+    double h = 0;
+    CholeskyFactor factor;                   // of K + shift M
+    double scale = 0;                        // A = scale (K + shift M)
+    std::unordered_map<int, MatX> column;    // A^-1 of a node's three directions, n x 3
+  };
+  SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
+  long breaks = 0;                           // for which it was made
+  std::vector<double> mass;                  // per free degree of freedom; 1 where none is left
+  std::vector<std::unique_ptr<Level>> levels;   // the one in use last
+  // the step at hand
+  VecX v_hat;
+  std::vector<double> before;                // state at its start
+};
+
+void CondensedDeleter::operator()(Condensed* p) const { delete p; }
+
+namespace {
+constexpr std::size_t most_levels = 6;
+constexpr std::size_t most_columns = 32'000'000;   // doubles kept per level
+constexpr double least_gain = 6;                   // explicit steps that a condensed one has to save
+}  // namespace
+
+bool FemStructure::condensable() const {
+  return spec_.integrator != "explicit" && !partition_ && !supports_.nodes.empty() && dofs_.size > 0 && dofs_.size <= largest_factored_system && lowest_frequency() > 0;
+}
+
+double FemStructure::lowest_frequency() const {
+  if (lowest_frequency_ != 0) return lowest_frequency_;
+  lowest_frequency_ = -1;
+  try {
+    const double omega = omega_1_ > 0 ? omega_1_ : const_cast<FemStructure*>(this)->first_frequency();
+    if (omega * critical_step_ > 1e-6) lowest_frequency_ = omega;
+  } catch (const NumericalFailure&) {
+    // Supports that leave it free to move: explicit steps need no factor.
+  }
+  return lowest_frequency_;
+}
+
+double FemStructure::dissipation() const {
+  return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
+}
+
+bool FemStructure::at_ease() const {
+  return dissipation() <= 1e-9 * std::abs(stored_part_) && !(damage_ && spec_.erosion && !spent_cells().empty());
+}
+
+bool FemStructure::loads_hold(double from, double to) const {
+  return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) {
+    if (load.factor(from) != load.factor(to)) return false;
+    return std::all_of(load.history.begin(), load.history.end(),
+                       [&](const auto& point) { return point.first <= from || point.first >= to || point.second == load.factor(from); });
+  });
+}
+
+double FemStructure::condensed_step(double t, double accuracy) {
+  if (!condensable()) return 0;
+  // A period is off by (omega h)^2 / 12.
+  const double longest = std::sqrt(12 * accuracy) / lowest_frequency();
+  if (!condensed_by_choice()) {
+    const double quarter = 0.5 * M_PI / lowest_frequency();
+    if (longest < least_gain * critical_step_ || t < blow_time_ + quarter || !loads_hold(t - quarter, t + quarter)) return 0;
+  }
+  forces(t);
+  return at_ease() ? longest : 0;
+}
+
+Condensed& FemStructure::condensed(double h) {
+  if (!condensed_) condensed_.reset(new Condensed);
+  Condensed& c = *condensed_;
+  const int n = dofs_.size;
+  factor();   // makes the stiffness
+  if (c.mass.empty() || c.breaks != breaks_) {
+    c.levels.clear();
+    c.breaks = breaks_;
+    c.mass.assign(n, 1.0);
+    for (std::size_t i = 0; i < mass_.size(); ++i)
+      for (int k = 0; k < 3; ++k)
+        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i];
+    const bool whole = std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
+    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(), &live_);
+  }
+  // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
+  const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
+  const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) { return level->h == key; });
+  if (found != c.levels.end()) {
+    std::rotate(found, found + 1, c.levels.end());
+    return c;
+  }
+  if (c.levels.size() == most_levels) c.levels.erase(c.levels.begin());
+  const double phase = lowest_frequency() * key;
+  const double delta = spec_.damping_ratio > 0 ? std::min(0.25 * phase, 0.2 * spec_.damping_ratio / phase) : 0.0;
+  const double scale = 0.5 * key * key * (0.5 + delta), shift = (1 + 0.5 * alpha_ * key) / scale;
+  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, scale, {}}));
+  return c;
+}
+
+const MatX& FemStructure::condensed_column(int node) {
+  Condensed::Level& level = *condensed_->levels.back();
+  const auto found = level.column.find(node);
+  if (found != level.column.end()) return found->second;
+  const int n = dofs_.size;
+  if (level.column.size() * 3 * static_cast<std::size_t>(n) > most_columns) level.column.clear();
+  MatX unit = MatX::Zero(n, 3), column(n, 3);
+  for (int k = 0; k < 3; ++k)
+    if (const int d = dofs_.number[node][k]; d >= 0) unit(d, k) = 1 / level.scale;
+  level.factor.solve(unit.data(), column.data(), 3);   // always three: the digits do not depend on what else is touched
+  return level.column.emplace(node, std::move(column)).first->second;
+}
+
+void FemStructure::accept_laws() {
+  books_.plastic_work += (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
+  books_.damage_work += damage_ ? damage_->dissipation() : 0.0;
+  if (bars_) bars_->accept();
+  if (bearings_) bearings_->accept();
+  if (damage_) damage_->accept();
+}
+
+void FemStructure::predict_condensed(double t, double h) {
+  leave_modal();
+  if (h_last_ > 0) {
+    const double before = mechanical_energy();
+    synchronise(t);
+    time_ = t;
+    books_.algorithmic += before - mechanical_energy();
+  }
+  forces(t);
+  if (!laws_taken_) accept_laws();
+  laws_taken_ = true;
+  Condensed& c = condensed(h);
+  c.before.clear();
+  save(c.before);
+  const int n = dofs_.size;
+  VecX v(n), stiff(n), rhs(n), push = VecX::Zero(n);
+  gather(dofs_, v_, v);
+  (c.stiffness.n > 0 ? c.stiffness : stiffness_).multiply(v.data(), stiff.data());
+  AlignedVector mean(f_ext_);
+  if (!loads_.empty()) {
+    external_force(t + h);
+    for (std::size_t i = 0; i < mean.size(); ++i) mean[i] = 0.5 * (mean[i] + f_ext_[i]);
+    external_force(t);
+  }
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (int k = 0; k < 3; ++k)
+      if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) push[d] = h * (mean[4 * i + k] - f_int_[4 * i + k] - alpha_ * mass_[i] * v_[4 * i + k]);
+  const Condensed::Level& level = *c.levels.back();
+  rhs = (push - 2 * level.scale * stiff) / level.scale;
+  c.v_hat.resize(n);
+  level.factor.solve(rhs.data(), c.v_hat.data());
+  c.v_hat += v;
+  scatter(dofs_, c.v_hat, v_hat_);
+}
+
+MatX FemStructure::compliance(std::span<const int> nodes) {
+  const int m = static_cast<int>(nodes.size());
+  MatX w = MatX::Zero(3 * m, 3 * m);
+  for (int j = 0; j < m; ++j) {
+    const MatX& column = condensed_column(nodes[j]);
+    for (int i = 0; i < m; ++i)
+      for (int k = 0; k < 3; ++k)
+        if (const int d = dofs_.number[nodes[i]][k]; d >= 0) w.block<1, 3>(3 * i + k, 3 * j) = column.row(d);
+  }
+  return 0.5 * (w + w.transpose());
+}
+
+bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) {
+  Condensed& c = *condensed_;
+  for (const NodeImpulse& p : impulses)
+    if (!p.impulse.isZero(0)) c.v_hat.noalias() += condensed_column(p.node) * p.impulse;
+  const double stored_before = stored_part_;
+  const AlignedVector external_before(f_ext_);
+  for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
+  struck_.clear();
+  contact_step_ = h;
+  for (const NodeImpulse& p : impulses) {
+    struck_.push_back(p.node);
+    for (int k = 0; k < 3; ++k) contact_impulse_[4 * static_cast<std::size_t>(p.node) + k] += p.impulse[k];
+  }
+  AlignedVector v_before(v_);
+  scatter(dofs_, c.v_hat, v_);
+  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += 0.5 * h * (v_before[i] + v_[i]);
+  time_ = t + h;
+  const std::size_t cells_before = damage_ ? damage_->cells().size() : 0;
+  moved();
+  forces(t + h);
+  if ((damage_ && damage_->cells().size() != cells_before) || !at_ease()) return false;
+
+  double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
+  for (std::size_t node = 0; node < mass_.size(); ++node) {
+    const double m = mass_[node];
+    for (int k = 0; k < 3; ++k) {
+      const std::size_t i = 4 * node + k;
+      if (inverse_mass_[i] == 0) continue;
+      const double mean = 0.5 * (v_before[i] + v_[i]), load = 0.5 * (external_before[i] + f_ext_[i]);
+      gained += m * (v_[i] - v_before[i]) * mean;
+      kinetic += 0.5 * m * v_[i] * v_[i];
+      damping += h * alpha_ * m * mean * mean;
+      whole += h * load * mean;
+      external += h * (load - m * gravity_[k]) * mean;
+      contact += contact_impulse_[i] * mean;
+    }
+  }
+  books_.contact_work += contact;
+  books_.damping_work += damping;
+  if (!loads_.empty()) books_.external_work += external;
+  books_.algorithmic += whole + contact - damping - gained - (stored_part_ - stored_before) - dissipation();
+  stored_half_ = stored_part_;
+  reference_kinetic_ = std::max(reference_kinetic_, kinetic);
+  if (kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_part_) still_ = false;
+  else if (!still_) still_ = true, still_since_ = time_;
+  return true;
+}
+
+void FemStructure::undo_condensed() { restore(condensed_->before); }
+
+bool FemStructure::ring_on(double t, double duration) {
+  constexpr double accuracy = 3.3e-4;   // a hundredth of the first period
+  const double longest = condensed_step(t, accuracy);
+  if (longest == 0 || !loads_hold(t, t + duration)) return false;
+  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / longest * (1 - 1e-12))));
+  const double h = duration / static_cast<double>(steps);
+  for (long k = 0; k < steps; ++k) {
+    const double now = t + duration * (static_cast<double>(k) / static_cast<double>(steps));
+    predict_condensed(now, h);
+    if (correct_condensed(now, h, {})) continue;
+    undo_condensed();
+    struck(now);
+    explicit_steps(now, t + duration - now);
+    break;
+  }
+  time_ = t + duration;
+  return true;
+}
+
+}  // namespace talus::fem
