@@ -179,11 +179,13 @@ Vec3 IslandStepper::add_skin_terms(int structure, const SurfaceWeights& w, const
   return mean;
 }
 
-/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]: on to the face what has not touched, gently what
-/// has, out of it (negative) what lies inside. Positions follow the trapezoid, so nothing is projected.
+/// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to leave. Positions follow the
+/// mean velocity: it may bring the gap to zero and no further, and what lies inside is led out slowly. Never a rebound: whatever speed the
+/// mean asks for, the end of the step is at most at rest, so that the normal impulse takes energy and gives none.
 double IslandStepper::approach_left(const Touch& t, double h) const {
-  if (t.at.gap > 0) return (t.persistent ? 0.2 : 1.0) * t.at.gap / h;
-  return (t.at.gap - left_inside(t.at.gap, h)) / h;
+  if (t.at.gap >= 0) return std::max(0.0, 2 * t.at.gap / h + t.approach);
+  const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;
+  return std::max(-out, t.approach - 2 * out);
 }
 
 /// Largest error that the change of the contact forces since the last step leaves in positions, over the size of the blocks: the midpoint

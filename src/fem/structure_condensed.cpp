@@ -1,11 +1,11 @@
 // Condensed steps: the midpoint rule with cached factors, an affine map of the contact impulses.
 //
-//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 (1/2 + delta) K v_n + p,     A = (1 + alpha h/2) M + h^2/2 (1/2 + delta) K
-//   u_np = u_n + h (v_n + v_np)/2,     W = J A^-1 J^T
+//   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2 theta^2 K
+//   u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
 //
 // K is the stiffness of the undamaged cells that are left. Where the structure is linear this is the midpoint rule itself, and with delta = 0
 // keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
-// which is stable and vanishes with h. delta damps what the step does not resolve, of the first mode at most a tenth of its own damping.
+// which is stable and vanishes with h. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -23,7 +23,7 @@ struct Condensed {
   struct Level {
     double h = 0;
     CholeskyFactor factor;                   // of K + shift M
-    double scale = 0;                        // A = scale (K + shift M)
+    double theta = 0.5, scale = 0;           // A = scale (K + shift M)
     std::unordered_map<int, MatX> column;    // A^-1 of a node's three directions, n x 3
   };
   SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
@@ -111,9 +111,9 @@ Condensed& FemStructure::condensed(double h) {
   }
   if (c.levels.size() == most_levels) c.levels.erase(c.levels.begin());
   const double phase = lowest_frequency() * key;
-  const double delta = spec_.damping_ratio > 0 ? std::min(0.25 * phase, 0.2 * spec_.damping_ratio / phase) : 0.0;
-  const double scale = 0.5 * key * key * (0.5 + delta), shift = (1 + 0.5 * alpha_ * key) / scale;
-  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, scale, {}}));
+  const double delta = spec_.damping_ratio > 0 ? 0.1 * phase * phase : 0.0;   // damping of the first mode 0.1 phase^3
+  const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
+  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, theta, scale, {}}));
   return c;
 }
 
@@ -166,7 +166,7 @@ void FemStructure::predict_condensed(double t, double h) {
     for (int k = 0; k < 3; ++k)
       if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) push[d] = h * (mean[4 * i + k] - f_int_[4 * i + k] - alpha_ * mass_[i] * v_[4 * i + k]);
   const Condensed::Level& level = *c.levels.back();
-  rhs = (push - 2 * level.scale * stiff) / level.scale;
+  rhs = push / level.scale - stiff / level.theta;
   c.v_hat.resize(n);
   level.factor.solve(rhs.data(), c.v_hat.data());
   c.v_hat += v;
@@ -200,7 +200,8 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   }
   AlignedVector v_before(v_);
   scatter(dofs_, c.v_hat, v_);
-  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += 0.5 * h * (v_before[i] + v_[i]);
+  const double theta = c.levels.back()->theta;
+  for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += h * ((1 - theta) * v_before[i] + theta * v_[i]);
   time_ = t + h;
   const std::size_t cells_before = damage_ ? damage_->cells().size() : 0;
   moved();
@@ -214,11 +215,12 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
       const std::size_t i = 4 * node + k;
       if (inverse_mass_[i] == 0) continue;
       const double mean = 0.5 * (v_before[i] + v_[i]), load = 0.5 * (external_before[i] + f_ext_[i]);
+      const double moved = h * ((1 - theta) * v_before[i] + theta * v_[i]);
       gained += m * (v_[i] - v_before[i]) * mean;
       kinetic += 0.5 * m * v_[i] * v_[i];
       damping += h * alpha_ * m * mean * mean;
-      whole += h * load * mean;
-      external += h * (load - m * gravity_[k]) * mean;
+      whole += load * moved;
+      external += (load - m * gravity_[k]) * moved;
       contact += contact_impulse_[i] * mean;
     }
   }
