@@ -125,6 +125,7 @@ class IslandStepper {
   bool may_condense(double t);
   bool all_rest();
   bool blow(double t, double h) const;
+  std::size_t touched_faces() const;
   double condensed_length(double t, double duration, double remaining, double longest);
   void gather_skins();
   Vec3 add_skin_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);

@@ -14,7 +14,8 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double least_gain = 4;   // explicit steps that a condensed one costs at most
+constexpr double least_gain = 4;          // explicit steps that a condensed one costs at most
+constexpr std::size_t most_faces = 200;   // touched at a time: the dense body costs the cube of their nodes
 
 /// Inverse of a symmetric matrix; rows that are zero (held) become unit rows.
 MatX inverse_of_free(const MatX& w) {
@@ -81,6 +82,16 @@ bool IslandStepper::blow(double t, double h) const {
   return any;
 }
 
+/// Faces of moving skins that the touches at hand name.
+std::size_t IslandStepper::touched_faces() const {
+  std::vector<std::pair<int, int>> faces;
+  for (const Touch& t : touches_)
+    if (t.b >= 0 && deformable_structure(t))
+      faces.emplace_back(t.a.index, env_.structures[static_cast<std::size_t>(t.a.index)].index->surface().parent_face[static_cast<std::size_t>(t.at.face_a)]);
+  std::sort(faces.begin(), faces.end());
+  return static_cast<std::size_t>(std::unique(faces.begin(), faces.end()) - faces.begin());
+}
+
 /// Step of the condensed regime: a power of two of the stretch, so that few factors serve; 0: it has to be left.
 double IslandStepper::condensed_length(double t, double duration, double remaining, double longest) {
   const bool chosen = chosen_condensed();
@@ -101,7 +112,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   double h = duration;
   while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
   find(h);
-  if (!chosen && blow(t, h)) return 0;
+  if ((!chosen && blow(t, h)) || touched_faces() > most_faces) return 0;
   if (settings_.fixed_step > 0) return std::min(h, remaining);
   // At least so many exchanges while the force of a spring rises.
   weigh_springs();

@@ -38,7 +38,8 @@ struct Condensed {
 void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 
 namespace {
-constexpr std::size_t most_levels = 6;
+constexpr std::size_t most_levels = 6, most_large_levels = 2;   // of more than so many degrees of freedom, whose factors fill the memory:
+constexpr int large_system = 20000;
 constexpr std::size_t most_columns = 32'000'000;   // doubles kept per level
 constexpr double least_gain = 6;                   // explicit steps that a condensed one has to save
 }  // namespace
@@ -109,7 +110,7 @@ Condensed& FemStructure::condensed(double h) {
     std::rotate(found, found + 1, c.levels.end());
     return c;
   }
-  if (c.levels.size() == most_levels) c.levels.erase(c.levels.begin());
+  if (c.levels.size() >= (n > large_system ? most_large_levels : most_levels)) c.levels.erase(c.levels.begin());
   const double phase = lowest_frequency() * key;
   const double delta = spec_.damping_ratio > 0 ? 0.1 * phase * phase : 0.0;   // damping of the first mode 0.1 phase^3
   const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
