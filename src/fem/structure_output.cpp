@@ -161,9 +161,9 @@ std::string FemStructure::plan() const {
                                  kernels().name, kernels().width);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
-  text += spec_.integrator == "explicit" || supports_.nodes.empty() || dofs_.size > largest_factored_system
+  text += spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system
               ? fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
-                            spec_.integrator == "explicit" ? "integrator" : supports_.nodes.empty() ? "no support" : "too large to factor")
+                            spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor")
               : fmt::format("{}: condensed steps while blocks are at it, nothing grows{}\n", spec_.name, condensed_by_choice() ? "" : " and no blow comes");
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
