@@ -197,6 +197,7 @@ class FemStructure : public Structure {
   std::unique_ptr<CholeskyFactor> factor_;
   std::unique_ptr<LinearSolver> multigrid_;
   std::vector<double> cell_mass_;
+  std::vector<double> built_mass_;         // of the nodes, as built
   std::vector<int> cells_at_node_;
   std::vector<std::array<int, 6>> neighbours_;  // empty until cracks may cut
   double wave_speed_ = 0;

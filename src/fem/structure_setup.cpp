@@ -105,6 +105,7 @@ void FemStructure::set_masses() {
     bars_ = std::make_unique<Bars>(spec_, mesh_, shapes);
     bars_->add_mass(steel_density - spec_.density, mass_);
   }
+  built_mass_ = mass_;
   dofs_.number.assign(n, {-1, -1, -1});
   dofs_.size = 0;
   for (std::size_t i = 0; i < n; ++i)
@@ -216,7 +217,7 @@ double FemStructure::first_frequency() {
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) {
         seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-        m[d] = mass_[i];
+        m[d] = built_mass_[i];   // what has come off since would make the answer hang on when it is asked for
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
   double omega_sq = 0;
