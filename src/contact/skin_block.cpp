@@ -73,7 +73,7 @@ class Finder {
       for (std::size_t i = 0; i < near_.size(); ++i)
         if (near_normal_[i].dot(p.normal) >= along) cover(p, near_[i]);
       std::sort(p.shares.begin(), p.shares.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
-      if (!p.shares.empty()) patches.push_back(std::move(p));
+      if (!p.shares.empty() && !across(p)) patches.push_back(std::move(p));
     }
   }
 
@@ -174,6 +174,14 @@ class Finder {
   }
 
  private:
+  /// True for a strip that is deeper than wide: there the block lies across another face of the structure, and not on this one. A block that
+  /// sank into a cushion is deep over the whole of its face.
+  bool across(const Patch& p) const {
+    double area = 0, depth = 0;
+    for (const Share& share : p.shares) area += share.area, depth += p.normal.dot(share.moment - share.area * p.point);
+    return depth > 0.5 * block_.inradius * area && depth * depth > area * area * area;
+  }
+
   void add(const Patch& p, const Share& share, std::vector<ContactPoint>& out) const {
     const Vec3& node = s_.surface.vertices[static_cast<std::size_t>(share.vertex)];
     ContactPoint c;
