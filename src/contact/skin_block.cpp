@@ -179,7 +179,7 @@ class Finder {
   bool across(const Patch& p) const {
     double area = 0, depth = 0;
     for (const Share& share : p.shares) area += share.area, depth += p.normal.dot(share.moment - share.area * p.point);
-    return depth > 0.5 * block_.inradius * area && depth * depth > area * area * area;
+    return depth > 0.1 * block_.inradius * area && depth * depth > area * area * area;
   }
 
   void add(const Patch& p, const Share& share, std::vector<ContactPoint>& out) const {
