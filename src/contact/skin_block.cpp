@@ -174,12 +174,24 @@ class Finder {
   }
 
  private:
-  /// True for a strip that is deeper than wide: there the block lies across another face of the structure, and not on this one. A block that
-  /// sank into a cushion is deep over the whole of its face.
+  /// True for a strip of a face that is deeper than wide: there the block lies across another face of the structure, and not on this one. A
+  /// face that sank in as a whole, however small it is beside the depth (a sphere's), is no strip.
   bool across(const Patch& p) const {
     double area = 0, depth = 0;
     for (const Share& share : p.shares) area += share.area, depth += p.normal.dot(share.moment - share.area * p.point);
-    return depth > 0.1 * block_.inradius * area && depth * depth > area * area * area;
+    if (depth <= 0.1 * block_.inradius * area || depth * depth <= area * area * area) return false;
+    return area < 0.5 * face_area(p.face);
+  }
+
+  double face_area(int face) const {
+    double area = 0;
+    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
+      if (block_.triangle_face[k] != face) continue;
+      const auto& t = block_.triangles[k];
+      const Vec3 &a = x_[static_cast<std::size_t>(t[0])], &b = x_[static_cast<std::size_t>(t[1])], &c = x_[static_cast<std::size_t>(t[2])];
+      area += 0.5 * (b - a).cross(c - a).norm();
+    }
+    return area;
   }
 
   void add(const Patch& p, const Share& share, std::vector<ContactPoint>& out) const {
