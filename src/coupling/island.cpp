@@ -360,6 +360,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   const bool with_structure = !island.structures.empty();
   const bool small = static_cast<int>(island.blocks.size()) <= settings_.event_blocks && !with_structure;
   double done = 0;
+  double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t);
   while (duration - done > 1e-12 * duration) {
     const double remaining = duration - done;
@@ -373,7 +374,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     }
     if (!condensed_) skins_.clear();
     if (with_structure && !condensed_) h = structure_step(duration, h);
-    h = std::min(h, remaining);
+    h = std::min({h, remaining, longest});
     if (h < remaining && !condensed_) h = remaining / std::ceil(remaining / h - 1e-9);
     find(h);
     if (with_structure && !condensed_) blow(t + done, h);
@@ -386,7 +387,6 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
     const bool closed = has_closed();
     const int passes = lumped || !closed ? 1 : 3;
     save();
-    const Ledger before = report_.ledger;
     // Sliding that stops within the step: the step is cut so that it ends there, else the trapezoid would slide on to its end.
     std::vector<Vec3> slip_before;
     int stopping = -1;
@@ -419,13 +419,11 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
           report_.failure = "the contact problem could not be solved at the smallest step";
           return report_;
         }
-        report_.ledger = before;
         continue;
       }
       if (!lumped && settings_.fixed_step <= 0 && h > 10 * settings_.min_step && gains_energy() && ++refined <= 8) {
         restore();
         ++report_.counters.rejected;
-        report_.ledger = before;
         h *= 0.5;
         continue;
       }
@@ -444,7 +442,6 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         const double error = condensed_error(h);
         if (error > limit && h > 10 * settings_.min_step) {
           restore();
-          report_.ledger = before;
           ++report_.counters.rejected;
           h *= 0.5;
           continue;
@@ -455,7 +452,6 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
         if (releases < 3 && cut_at_release(h)) {
           ++releases;
           restore();
-          report_.ledger = before;
           continue;
         }
         if (!stop_located && h > 10 * settings_.min_step) {
@@ -501,10 +497,19 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       break;
     }
     double taken = h;
-    if (!lumped) locate_event(taken, passes);
+    if (!lumped && !locate_event(taken, passes)) {
+      restore();
+      ++report_.counters.rejected;
+      longest = 0.5 * h;
+      if (longest < settings_.min_step) {
+        report_.failure = "the contact problem could not be solved at the smallest step";
+        return report_;
+      }
+      continue;
+    }
+    longest = std::numeric_limits<double>::infinity();
     if (condensed_ && !correct_skins(t + done, taken)) {
       restore();
-      report_.ledger = before;
       ++report_.counters.rejected;
       condensed_ = false;   // for the rest of the stretch
       continue;

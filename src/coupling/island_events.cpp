@@ -95,7 +95,7 @@ double IslandStepper::crossing() const {
 
 bool IslandStepper::locate_event(double& h, int passes) {
   // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
-  // cross is drift and is projected.
+  // cross is drift and is projected. False: no solution at an end tried, the state is of no use.
   std::vector<Touch> start = touches_;
   const auto was_row = [&](const Touch& t) {
     for (const Touch& s : start)
@@ -145,7 +145,9 @@ bool IslandStepper::locate_event(double& h, int passes) {
     restore();
     touches_ = start;
     step_length_ = step;
-    return smooth(step, false, passes).ok;
+    if (smooth(step, false, passes).ok) return true;
+    restore();
+    return smooth(step, false, passes, true).ok;
   };
   // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
   double far = 0;
@@ -153,9 +155,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
   const double onset_tolerance = 1e-13 * length_ + 4e-15 * far, passed = -1e-8 * length_;
   double step = h;
   double s = first_impact(), gap = worst_onset(step);
-  bool shortened = false;
   while ((s <= 1 || gap < passed) && !stopped()) {
-    shortened = true;
     // The onset is sought between the time by which the search is sure of none and the end; there it is passed, or met on the
     // search's path, which between the ends of the step is not quite the blocks' own.
     bool bracketed = gap < passed;
@@ -195,7 +195,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     gap = worst_onset(step);
   }
   h = step;
-  return shortened;
+  return true;
 }
 
 }  // namespace talus::coupling

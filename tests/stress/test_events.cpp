@@ -1,0 +1,43 @@
+// Steps that end at an onset: tries that find no solution are rolled back whole, so that the ledger closes to round-off.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "verify/scene_text.hpp"
+
+namespace talus::stress {
+namespace {
+
+using verify::SceneText;
+
+/// Nine cubes in three loose columns, not quite in line, on a slope of 45 degrees above level ground.
+std::string columns() {
+  SceneText text(verify::Method::by_accuracy(1e-3), 0.25);
+  text.history(0.01).material("rock", 2600).material("ground", 2600);
+  text.interface("*", "*", 0.5, "normal_stiffness = \"hard\"\nrestitution = 0.0");
+  text.raw("[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\nmaterial = \"ground\"\n[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 1.0]\nmaterial = \"ground\"\n");
+  const double side[] = {-0.022195585310987143, -0.07601284116297477, -0.21687635249132686, 0.21993710999180477, -0.296138967551326,
+                         0.0016692480313250102, 0.23897878201916284, -0.25151121169019935, 0.03256228090697166};
+  for (int i = 0; i < 9; ++i) {
+    const double along = -3 - 1.01 * (i % 3), above = 0.51 + 1.01 * (i / 3), c = std::sqrt(0.5);
+    text.raw("[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.0, 1.0, 1.0]\nposition = " + verify::vector(Vec3(c * (along + above), side[i], c * (above - along))) + "\n" +
+             verify::turned(Vec3(0, M_PI / 4, 0)));
+  }
+  return text.str();
+}
+
+TEST(Events, LedgerClosesWhereATryHadNoSolution) {
+  const verify::Outcome o = verify::run_scene(columns());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  double kinetic = 0, residual = 0;
+  for (const sim::HistoryRow& r : o.rows) {
+    kinetic = std::max(kinetic, r.ledger.kinetic);
+    residual = std::max(residual, std::abs(r.ledger.residual));
+  }
+  EXPECT_GT(o.result.counters.rejected, 0);
+  EXPECT_LE(residual, 1e-10 * kinetic);
+}
+
+}  // namespace
+}  // namespace talus::stress
