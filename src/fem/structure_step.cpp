@@ -109,7 +109,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
     }
   }
   // This rank's part of the works, then of all.
-  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0;
+  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0, gravity = 0;
   for (const NodeImpulse& p : impulses) {
     if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -117,7 +117,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
     }
   }
-  const bool loaded = !loads_.empty();
+  const bool loaded = !loads_.empty(), uneven = h != h_last_;
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (const auto& [first, last] : own_)
     for (int node = first; node < last; ++node) {
@@ -131,6 +131,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
         if (inverse_mass_[i] == 0) continue;
         const double mean = 0.5 * (before + after);
         internal += kick * mean * f_int_[i];
+        // Of an uneven step gravity's work is not the potential lost between the half steps.
+        if (uneven) gravity += m * gravity_[i - 4 * node] * (kick * mean - 0.5 * (h_last_ * before + h * after));
         if (visc) viscous += kick * mean * visc[i];
         if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
         if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[i - 4 * node]);
@@ -152,7 +154,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   const std::vector<int> eroding = damage_ && spec_.erosion ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
   double broken = bars_ ? bars_->broken() : 0.0;
-  std::array<double*, 12> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &plastic, &cracking, &stored, &spent, &broken};
+  std::array<double*, 13> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &plastic, &cracking, &stored, &spent, &broken};
   if (partition_) {
     std::array<double, parts.size()> values;
     for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
@@ -167,7 +169,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   books_.damage_work += cracking;
   const double stored_before = h_last_ == 0 ? stored : stored_half_;
   stored_half_ = stored + 0.5 * h * power;
-  books_.algorithmic += internal - (stored_half_ - stored_before) - cracking - plastic;
+  books_.algorithmic += internal - (stored_half_ - stored_before) - cracking - plastic - gravity;
   h_last_ = h;
   time_ = t + h;
   kinetic *= 0.5;
