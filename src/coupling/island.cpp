@@ -23,7 +23,6 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = 0;
-  equal_steps_ = 0;
   found_for_ = -1;
   impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);
@@ -540,22 +539,21 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
       report_.at_rest = false;
     }
   }
-  report_.next_step = with_structure && !condensed_ ? 2 * suggested_ : suggested_;
+  report_.next_step = suggested_;
   return report_;
 }
 
-/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask; while they last, lengthened again only
-/// after many equal ones, since a leapfrog whose step changes loses or gains energy. Short parts of a short stretch bind no later one.
+/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are lengthened again by little at
+/// a time: a leapfrog whose step jumps near its stable one feeds its highest modes, jump by jump. Short parts of a short stretch bind no later one.
 double IslandStepper::structure_step(double duration, double longest) {
-  constexpr int equal = 32;
+  constexpr double lengthening = 1.02;
   double stable = std::numeric_limits<double>::infinity();
   for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - 1e-12));
-  if (++equal_steps_ > equal) equal_steps_ = 0, suggested_ *= 2;
-  longest = std::min(longest, rise_limit());
-  if (suggested_ > 0 && has_closed()) longest = std::min(longest, suggested_);
-  const bool bound = h > longest * (1 + 1e-9);
+  longest = std::min(longest, rise_limit(h));
+  bool bound = h > longest * (1 + 1e-9);
   while (h > longest * (1 + 1e-9)) h *= 0.5;
+  if (suggested_ > 0 && h > lengthening * suggested_) h = lengthening * suggested_, bound = true;
   suggested_ = bound ? h : stable;
   return h;
 }

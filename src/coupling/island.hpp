@@ -134,7 +134,7 @@ class IslandStepper {
   bool correct_skins(double t, double h);
   double skin_speed() const;
   double step_limit(double remaining, bool lumped) const;
-  double rise_limit() const;
+  double rise_limit(double ahead) const;
   double structure_step(double duration, double longest);
   bool locate_event(double& h, int passes);
   bool gains_energy() const;
@@ -185,7 +185,6 @@ class IslandStepper {
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
   int impacts_ = 0;
-  int equal_steps_ = 0;                   // at a structure, since the stretch began or they were last lengthened
 };
 
 }  // namespace talus::coupling

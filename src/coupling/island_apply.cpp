@@ -139,6 +139,7 @@ void IslandStepper::apply(double h) {
 
 void IslandStepper::book(double h) {
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
+  double onset = 0;   // what hard contacts at structures take
   for (const Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
@@ -173,6 +174,7 @@ void IslandStepper::book(double h) {
         pending_.algorithmic -= normal_work;
       else
         pending_.damping_work -= normal_work;   // onset: what an impact takes
+      if (t.mode != Mode::closed && h > 0 && deformable_structure(t)) onset -= normal_work;
       continue;
     }
     // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
@@ -223,6 +225,11 @@ void IslandStepper::book(double h) {
     if (!b.end_rule && h > 0)
       pending_.algorithmic -= internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
   }
+  // A hard contact at a structure acts at the end of the step, not along it: its work with the mean velocities counts as lost what the block's
+  // own energy says was not, so that only the sum of both is known.
+  const double overcounted = std::clamp(-pending_.algorithmic, 0.0, std::max(onset, 0.0));
+  pending_.damping_work -= overcounted;
+  pending_.algorithmic += overcounted;
 }
 
 double IslandStepper::internal_energy(int block) const {

@@ -35,16 +35,25 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
   return h * h * std::max(t.stiffness, t.normal_law.slope(-t.gap_ref)) * normal_compliance(c) < 1;
 }
 
-/// A block on springs at a structure: its force rises within a quarter of the period of the block on all of them [s].
-double IslandStepper::rise_limit() const {
+/// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in series with the touched
+/// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring the energy.
+/// `ahead`: a step within which an open contact would have to close to count [s].
+double IslandStepper::rise_limit(double ahead) const {
   std::vector<double> stiffness(bodies_.size(), 0.0);
-  for (const Touch& t : touches_)
-    if (t.b >= 0 && t.stiffness > 0 && deformable_structure(t)) {
-      // In series with the touched cell, which a stiffer spring does not outrun.
-      const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
-      const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
-      stiffness[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])] += t.stiffness * cell / (t.stiffness + cell);
-    }
+  const auto energy = [&](const Body& b) {
+    const auto k = static_cast<std::size_t>(b.block);
+    return model_.blocks[k].mass * state_.v[k].squaredNorm();
+  };
+  double most = 0;
+  for (const Body& b : bodies_) most = std::max(most, energy(b));
+  for (const Touch& t : touches_) {
+    if (t.b < 0 || !deformable_structure(t) || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
+    const auto l = static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]);
+    if (t.stiffness == 0 && energy(bodies_[l]) < 0.01 * most) continue;
+    const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+    const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
+    stiffness[l] += t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
+  }
   double limit = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     if (stiffness[i] > 0) {
