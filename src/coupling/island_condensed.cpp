@@ -112,7 +112,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   double h = duration;
   while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
   find(h);
-  if ((!chosen && blow(t, h)) || touched_faces() > most_faces) return 0;
+  if (blow(t, h) || touched_faces() > most_faces) return 0;
   if (settings_.fixed_step > 0) return std::min(h, remaining);
   // At least so many exchanges while the force of a spring rises.
   weigh_springs();

@@ -28,12 +28,4 @@ ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>&
 /// One mode over a time h under p + s t; q and rate are replaced. Returns the integral of q over h.
 double advance_mode(double omega, double alpha, double p, double s, double h, double& q, double& rate);
 
-/// Parameters of the generalized-alpha scheme [chung1993] for spectral radius rho at infinite frequency.
-struct GeneralizedAlpha {
-  double alpha_m, alpha_f, beta, gamma;
-  explicit GeneralizedAlpha(double rho)
-      : alpha_m((2 * rho - 1) / (rho + 1)), alpha_f(rho / (rho + 1)), beta(0.25 * (1 - alpha_m + alpha_f) * (1 - alpha_m + alpha_f)),
-        gamma(0.5 - alpha_m + alpha_f) {}
-};
-
 }  // namespace talus::fem

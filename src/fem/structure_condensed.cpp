@@ -41,7 +41,6 @@ namespace {
 constexpr std::size_t most_levels = 6, most_large_levels = 2;   // of more than so many degrees of freedom, whose factors fill the memory:
 constexpr int large_system = 20000;
 constexpr std::size_t most_columns = 32'000'000;   // doubles kept per level
-constexpr double least_gain = 6;                   // explicit steps that a condensed one has to save
 }  // namespace
 
 bool FemStructure::condensable() const {
@@ -79,10 +78,15 @@ bool FemStructure::loads_hold(double from, double to) const {
 double FemStructure::condensed_step(double t, double accuracy) {
   if (!condensable()) return 0;
   // A period is off by (omega h)^2 / 12.
-  const double longest = std::sqrt(12 * accuracy) / lowest_frequency();
-  if (!condensed_by_choice()) {
-    const double quarter = 0.5 * M_PI / lowest_frequency();
-    if (longest < least_gain * critical_step_ || t < blow_time_ + quarter || !loads_hold(t - quarter, t + quarter)) return 0;
+  double longest = std::sqrt(12 * accuracy) / lowest_frequency();
+  const double quarter = 0.5 * M_PI / lowest_frequency();
+  if (t < blow_time_ + quarter) return 0;
+  if (condensed_by_choice()) {
+    const double ringing = struck_.empty() ? ringing_step(t) : longest;
+    if (ringing < std::min(longest, critical_step_)) return 0;   // explicit steps cost less
+    longest = std::min(longest, ringing);
+  } else if (longest < least_condensed_gain * critical_step_ || !loads_hold(t - quarter, t + quarter)) {
+    return 0;
   }
   forces(t);
   return at_ease() ? longest : 0;
@@ -237,24 +241,5 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
 }
 
 void FemStructure::undo_condensed() { restore(condensed_->before); }
-
-bool FemStructure::ring_on(double t, double duration) {
-  constexpr double accuracy = 3.3e-4;   // a hundredth of the first period
-  const double longest = condensed_step(t, accuracy);
-  if (longest == 0 || !loads_hold(t, t + duration)) return false;
-  const long steps = std::max(1L, static_cast<long>(std::ceil(duration / longest * (1 - 1e-12))));
-  const double h = duration / static_cast<double>(steps);
-  for (long k = 0; k < steps; ++k) {
-    const double now = t + duration * (static_cast<double>(k) / static_cast<double>(steps));
-    predict_condensed(now, h);
-    if (correct_condensed(now, h, {})) continue;
-    undo_condensed();
-    struck(now);
-    explicit_steps(now, t + duration - now);
-    break;
-  }
-  time_ = t + duration;
-  return true;
-}
 
 }  // namespace talus::fem

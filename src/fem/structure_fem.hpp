@@ -44,6 +44,9 @@ struct CondensedDeleter { void operator()(Condensed* p) const; };
 /// Degrees of freedom up to which the stiffness is factored; above, multigrid is cheaper in time and memory.
 constexpr int largest_factored_system = 150000;
 
+/// Explicit steps that a condensed one has to save, unless it is asked for.
+constexpr double least_condensed_gain = 6;
+
 using Report = std::function<void(const std::string&)>;
 
 /// Between nodal fields (nodes x 4) and free degrees of freedom.
@@ -145,14 +148,19 @@ class FemStructure : public Structure {
   std::vector<int> joined(const std::vector<int>& cells) const;   // lists of all ranks, ascending
   std::vector<double> cell_energies(const std::vector<int>& cells) const;
   // structure_linear.cpp
-  LinearDynamics& linear_dynamics();
   void synchronise(double t);
+  double ringing_step(double t);
+  bool ring_on(double t, double duration);
+  // structure_modal.cpp
+  LinearDynamics& linear_dynamics();
+  bool more_modes();
+  bool project(double t);
   bool enter_modal(double t, bool forced);
   void leave_modal();
   void materialise();
   void modal_motion(double t, double duration);
-  void implicit_steps(double t, double duration);
   void save_linear(std::vector<double>& state) const;
+  std::size_t restore_linear(std::span<const double> state);
   // structure_condensed.cpp
   bool condensable() const;          // by what it is and what was asked for
   double lowest_frequency() const;   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
@@ -160,10 +168,8 @@ class FemStructure : public Structure {
   bool at_ease() const;              // the last evaluation lets no law grow
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
-  bool ring_on(double t, double duration);   // by condensed steps alone; false: not now
   Condensed& condensed(double h);
   const MatX& condensed_column(int node);
-  std::size_t restore_linear(std::span<const double> state);
   // structure_break.cpp
   std::array<double, 8> node_shares(int cell) const;
   double cell_energy(int cell) const;
@@ -209,7 +215,9 @@ class FemStructure : public Structure {
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   std::unique_ptr<Condensed, CondensedDeleter> condensed_;
   mutable double lowest_frequency_ = 0;   // 0: not asked for yet
-  double lone_steps_ = 0;            // explicit steps that advance_alone took or would have taken
+  double lone_steps_ = 0;            // explicit steps that advance_alone took
+  int modes_ = 24;                   // asked for; more where the energy needs them
+  double modal_try_ = 100;           // lone steps after which modal motion is tried next
 
   // several ranks
   std::unique_ptr<Partition> partition_;   // null: all on this process

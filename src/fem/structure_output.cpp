@@ -164,7 +164,7 @@ std::string FemStructure::plan() const {
   text += spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system
               ? fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
                             spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor")
-              : fmt::format("{}: condensed steps while blocks are at it, nothing grows{}\n", spec_.name, condensed_by_choice() ? "" : " and no blow comes");
+              : fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes\n", spec_.name, condensed_by_choice() ? "are at" : "rest on");
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
                                    spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off");

@@ -1,0 +1,21 @@
+/// What a structure that stays elastic needs to ring on alone: its modes, and its motion in them.
+#pragma once
+#include "fem/modal.hpp"
+
+namespace talus::fem {
+
+struct LinearDynamics {
+  ModalBasis modes;
+  VecX mass;                          // per free degree of freedom, as built
+  VecX gravity;                       // u_g
+  MatX pattern, correction;           // P_l, r_l
+  MatX participation;                 // Phi^T P, m x l
+  // motion, valid while `running`
+  bool running = false;
+  VecX q, rate, factor;               // factor: c_l at the present time
+  // What the modes leave out: it keeps its energy and is damped as they are; its phase is lost.
+  VecX rest;                          // velocity that holds the energy, as of its start [m/s]
+  double rest_energy = 0, rest_amplitude = 1;   // [J], as of its start; amplitude left of it
+};
+
+}  // namespace talus::fem
