@@ -177,6 +177,7 @@ class FemStructure : public Structure {
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
+  double excess_of_gravity(double kick, double h) const;
   void erode(const std::vector<int>& cells);
   Fragment detach(const std::vector<int>& cells);
   // structure_output.cpp

@@ -95,6 +95,19 @@ void FemStructure::predict(double t, double h) {
   prediction_shared_ = !partition_;
 }
 
+/// Gravity's work in an uneven step beyond the potential lost between the half steps, this rank's part [J].
+double FemStructure::excess_of_gravity(double kick, double h) const {
+  double excess = 0;
+  for (const auto& [first, last] : own_)
+    for (int node = first; node < last; ++node)
+      for (int k = 0; k < 3; ++k) {
+        const std::size_t i = 4 * static_cast<std::size_t>(node) + static_cast<std::size_t>(k);
+        if (inverse_mass_[i] == 0) continue;
+        excess += 0.5 * mass_[node] * gravity_[k] * (kick * (v_[i] + v_hat_[i]) - (h_last_ * v_[i] + h * v_hat_[i]));
+      }
+  return excess;
+}
+
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impulses) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
@@ -109,7 +122,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
     }
   }
   // This rank's part of the works, then of all.
-  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0, gravity = 0;
+  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);
   for (const NodeImpulse& p : impulses) {
     if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -117,7 +130,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       contact += p.impulse[c] * 0.5 * (v_[i] + v_hat_[i]);
     }
   }
-  const bool loaded = !loads_.empty(), uneven = h != h_last_;
+  const bool loaded = !loads_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (const auto& [first, last] : own_)
     for (int node = first; node < last; ++node) {
@@ -131,8 +144,6 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
         if (inverse_mass_[i] == 0) continue;
         const double mean = 0.5 * (before + after);
         internal += kick * mean * f_int_[i];
-        // Of an uneven step gravity's work is not the potential lost between the half steps.
-        if (uneven) gravity += m * gravity_[i - 4 * node] * (kick * mean - 0.5 * (h_last_ * before + h * after));
         if (visc) viscous += kick * mean * visc[i];
         if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
         if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[i - 4 * node]);
