@@ -91,7 +91,8 @@ class FieldOf final : public DamageField {
   }
 
   void accept() override {
-    old_ = next_;
+    if (accepted_ == evaluation_) return;   // nothing new; what was next is older now
+    old_.swap(next_);
     accepted_ = evaluation_;
   }
 

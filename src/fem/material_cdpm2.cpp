@@ -18,16 +18,24 @@ double norm_of_strain(const Sym& e) {
   return std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]));
 }
 
-/// (1 - w) E k = f exp(-(k1 + w k2)/eps_f): decreasing in w within the cell-size limit; bisection between the old damage and 1.
+Principal<double> values_of(const Sym& s) {
+  const double raw[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
+  return principal_values(raw);
+}
+
+/// (1 - w) E k = f exp(-(k1 + w k2)/eps_f): within the cell-size limit the excess of the left side is concave and falls with w. Newton's first step
+/// lands at the root or beyond it, and from there on comes back without passing it.
 double solve_damage(double young, double f, double k, double k1, double k2, double eps_f, double old, double cap) {
-  const auto excess = [&](double w) { return (1 - w) * young * k - f * std::exp(-(k1 + w * k2) / eps_f); };
-  if (excess(old) <= 0) return old;
-  double low = old, high = 1;
-  for (int i = 0; i < 60 && high - low > 1e-16; ++i) {
-    const double mid = 0.5 * (low + high);
-    (excess(mid) > 0 ? low : high) = mid;
+  double w = old;
+  for (int i = 0; i < 40; ++i) {
+    const double right = f * std::exp(-(k1 + w * k2) / eps_f), excess = (1 - w) * young * k - right;
+    if (i == 0 && excess <= 0) return old;
+    const double slope = right * k2 / eps_f - young * k;
+    const double next = slope < 0 ? std::min(1.0, w - excess / slope) : 1.0;
+    if (std::abs(next - w) <= 1e-16 || (i > 0 && next >= w)) break;
+    w = next;
   }
-  return std::clamp(0.5 * (low + high), old, std::max(old, cap));
+  return std::clamp(w, old, std::max(old, cap));
 }
 
 }  // namespace
@@ -105,7 +113,7 @@ Cdpm2::Haigh Cdpm2::haigh(const Sym& s, double f_c) {
   h.r = std::sqrt(2 * j2) / f_c;
   const double cube = j2 * std::sqrt(j2);
   const double cos3 = cube > 1e-290 ? std::clamp(1.5 * std::sqrt(3.0) * j3 / cube, -1.0, 1.0) : 1.0;
-  h.cos_theta = std::cos(std::acos(cos3) / 3);
+  h.cos_theta = cosine_of_third(cos3);
   return h;
 }
 
@@ -129,10 +137,21 @@ double Cdpm2::ductility(double v) const {
   return e * std::exp(r / f) + p_.d_h;
 }
 
-Cdpm2::Gradient Cdpm2::flow(double v, double r, double q1, double q2) const {
+double Cdpm2::ductility_slope(double v) const {
+  const double r = -v - 1.0 / 3.0;
+  if (r >= 0) return -(p_.a_h - p_.b_h) / p_.c_h * std::exp(-r / p_.c_h);
+  const double e = p_.b_h - p_.d_h, f = e * p_.c_h / (p_.a_h - p_.b_h);
+  return -e / f * std::exp(r / f);
+}
+
+double Cdpm2::flow_width(double q2) const {
+  if (q2 == 1) return b_g_;
   const double ratio = p_.concrete.f_t / p_.concrete.f_cm, d = p_.dilation;
-  const double a_g = 3 * ratio * q2 + 0.5 * m0_;
-  const double b_g = q2 == 1 ? b_g_ : q2 / 3 * (1 + ratio) / std::log(a_g * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
+  return q2 / 3 * (1 + ratio) / std::log((3 * ratio * q2 + 0.5 * m0_) * (d + 1) / ((2 * d - 1) * (3 * q2 + 0.5 * m0_)));
+}
+
+Cdpm2::Gradient Cdpm2::flow(double v, double r, double q1, double q2) const {
+  const double ratio = p_.concrete.f_t / p_.concrete.f_cm, a_g = 3 * ratio * q2 + 0.5 * m0_, b_g = flow_width(q2);
   const double b = r / root6 + v, a = (1 - q1) * b * b + root15 * r;
   // The exponent is limited: far outside the surface Newton only needs the direction.
   const double m_g = a_g * std::exp(std::min(40.0, (v - q2 * ratio / 3) / b_g));
@@ -142,12 +161,32 @@ Cdpm2::Gradient Cdpm2::flow(double v, double r, double q1, double q2) const {
 bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const {
   using V = Eigen::Vector4d;
   const double young = p_.concrete.young, lode = 4 * trial.cos_theta * trial.cos_theta, rho = shape(trial.cos_theta);
+  const double push_v = bulk_ / young, push_r = 2 * mu_ / young, push_k = f_c / young * lode;
   const auto residual = [&](const V& x) {
     const double a = q1(x[2]), b = q2(x[2]);
     const Gradient m = flow(x[0], x[1], a, b);
     const double norm = std::sqrt(m.v * m.v / 3 + m.r * m.r);
-    return V(x[0] - trial.v + bulk_ / young * x[3] * m.v, x[1] - trial.r + 2 * mu_ / young * x[3] * m.r, x[2] - kappa_n - x[3] * f_c / young * norm / ductility(x[0]) * lode,
-             yield_at(x[0], x[1], rho, a, b));
+    return V(x[0] - trial.v + push_v * x[3] * m.v, x[1] - trial.r + push_r * x[3] * m.r, x[2] - kappa_n - x[3] * push_k * norm / ductility(x[0]), yield_at(x[0], x[1], rho, a, b));
+  };
+  // Columns of v, r and dlambda in closed form, that of kappa by a difference.
+  const auto jacobian = [&](const V& x, const V& f) {
+    const double a = q1(x[2]), b = q2(x[2]), soft = 1 - a, base = x[1] / root6 + x[0], big = soft * base * base + root15 * x[1];
+    const double big_v = 2 * soft * base, big_r = big_v / root6 + root15;
+    const Gradient m = flow(x[0], x[1], a, b);
+    const double grow = m.v - 4 * big * soft * base;   // q1^2 m_g
+    const double vv = 4 * soft * (big_v * base + big) + grow / flow_width(b), vr = 4 * soft * (big_r * base + big / root6);
+    const double rv = 2 * (big_v * big_r + 2 * big * soft / root6), rr = 2 * (big_r * big_r + 2 * big * soft / 6);
+    const double norm = std::max(1e-300, std::sqrt(m.v * m.v / 3 + m.r * m.r)), ductile = ductility(x[0]);
+    const double nv = (m.v * vv / 3 + m.r * rv) / norm, nr = (m.v * vr / 3 + m.r * rr) / norm;
+    const double surface = m0_ * a * a * b;
+    Eigen::Matrix4d j;
+    j.col(0) << 1 + push_v * x[3] * vv, push_r * x[3] * rv, -x[3] * push_k * (nv - norm * ductility_slope(x[0]) / ductile) / ductile, 2 * big * big_v + surface;
+    j.col(1) << push_v * x[3] * vr, 1 + push_r * x[3] * rr, -x[3] * push_k * nr / ductile, 2 * big * big_r + surface * rho / root6;
+    V moved = x;
+    moved[2] += 1e-8 * std::max(1e-2, std::abs(x[2]));
+    j.col(2) = (residual(moved) - f) / (moved[2] - x[2]);
+    j.col(3) << push_v * m.v, push_r * m.r, -push_k * norm / ductile, 0;
+    return j;
   };
   V x(trial.v, trial.r, kappa_n, 0);
   V f = residual(x);
@@ -159,13 +198,7 @@ bool Cdpm2::regular(const Haigh& trial, double f_c, double kappa_n, double& v, d
       kappa = x[2];
       return true;
     }
-    Eigen::Matrix4d j;
-    for (int c = 0; c < 4; ++c) {
-      V moved = x;
-      moved[c] += 1e-8 * std::max(1e-2, std::abs(x[c]));
-      j.col(c) = (residual(moved) - f) / (moved[c] - x[c]);
-    }
-    const V step = j.partialPivLu().solve(-f);
+    const V step = jacobian(x, f).partialPivLu().solve(-f);
     if (!step.allFinite()) return false;
     double length = 1;
     bool better = false;
@@ -337,9 +370,7 @@ bool Cdpm2::plastic_step(const Sym& strain, double f_c, bool last_resort, State&
   return true;
 }
 
-double Cdpm2::compressive_share(const Sym& s) const {
-  const double raw[6] = {s[0], s[1], s[2], s[3], s[4], s[5]};
-  const auto p = principal_values(raw);
+double Cdpm2::compressive_share(const Principal<double>& p) {
   double sum = 0, sq = 0;
   for (const double x : {p.first, p.second, p.third}) {
     if (x < 0) sum += x * x;
@@ -351,7 +382,7 @@ double Cdpm2::compressive_share(const Sym& s) const {
 double Cdpm2::rate_factor(const Sym& effective, const Sym& rate, const CellFrame& cell) const {
   if (!p_.rate_effect) return 1;
   const auto extremes = extreme_rates(rate);
-  const double share = compressive_share(effective);
+  const double share = compressive_share(values_of(effective));
   // In tension the strength may not rise so far that the cell would snap back across its diagonal.
   double diagonal = 0;
   for (const auto& e : cell.edge) diagonal += e[0] * e[0] + e[1] * e[1] + e[2] * e[2];
@@ -361,7 +392,7 @@ double Cdpm2::rate_factor(const Sym& effective, const Sym& rate, const CellFrame
   return (1 - share) * t + share * c;
 }
 
-void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const {
+void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const {
   const Concrete& c = p_.concrete;
   const double f_t = factor * c.f_t, f_c = factor * c.f_cm, onset = f_t / c.young;
   const Haigh h = haigh(effective, f_c);
@@ -369,7 +400,7 @@ void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const C
   const double half = 0.5 * onset * m0_ * drive;
   const double equivalent = std::max(0.0, half + std::sqrt(half * half + 1.5 * onset * onset * h.r * h.r));
   const double growth = equivalent - s.equivalent;
-  const double share = compressive_share(effective);
+  const double share = compressive_share(values);
   s.equivalent = equivalent;
   s.equivalent_c = std::max(0.0, s.equivalent_c + share * growth);
   Sym moved;
@@ -378,19 +409,21 @@ void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const C
   double softening = 1;
   if (h.v < 0) softening = 1 + (p_.a_s - 1) * std::min(100.0, -root6 * h.v / std::max(h.r, 1e-12));
 
+  bool moved_t = false, moved_c = false;
   if (s.size == 0 && (equivalent > onset || s.equivalent_c > onset)) {
-    const double raw[6] = {effective[0], effective[1], effective[2], effective[3], effective[4], effective[5]};
-    const auto p = principal_values(raw);
     const double limit = 0.98 * largest_cell() / (factor * factor);
-    s.size = std::min(cell.extent(principal_direction(effective, p.first > 0 ? p.first : p.third)), limit);
+    s.size = std::min(cell.extent(principal_direction(effective, values.first > 0 ? values.first : values.third)), limit);
     s.factor = factor;
+    moved_t = moved_c = true;
   }
   if (equivalent > s.t) {
+    moved_t = true;
     if (equivalent > onset) s.t1 += flowed / softening;
     s.t2 += (equivalent - s.t) / softening;
     s.t = equivalent;
   }
   if (s.equivalent_c > s.c) {
+    moved_c = true;
     if (s.equivalent_c > onset) {
       const double beta = f_t * q2(s.kappa) * root23 / (std::max(h.r, 1e-9) * f_c * std::sqrt(1 + 2 * p_.dilation * p_.dilation));
       s.c1 += share * std::min(beta, 1.0) * flowed / softening;
@@ -399,8 +432,8 @@ void Cdpm2::damage_step(const Sym& effective, const Sym& plastic_before, const C
     s.c = s.equivalent_c;
   }
   if (!p_.damage || s.size == 0) return;
-  if (s.t > onset) s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
-  if (s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
+  if (moved_t && s.t > onset) s.w_t = solve_damage(c.young, f_t, s.t, s.t1, s.t2, c.fracture_energy / (f_t * s.size), s.w_t, p_.cap);
+  if (moved_c && s.c > onset) s.w_c = solve_damage(c.young, f_t, s.c, s.c1, s.c2, p_.eps_fc, s.w_c, p_.cap);
 }
 
 Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& before, State& next) const {
@@ -412,6 +445,7 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
   const double f_c = factor * p_.concrete.f_cm;
 
   State s;
+  Principal<double> values{};
   for (int parts = 1;; parts *= 2) {
     s = old;
     bool good = true;
@@ -423,7 +457,9 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
       }
       if (k == parts) at = strain;
       good = plastic_step(at, f_c, parts >= 1024, s, effective);
-      if (good) damage_step(effective, plastic_before, cell, factor, s);
+      if (!good) break;
+      values = values_of(effective);
+      damage_step(effective, values, plastic_before, cell, factor, s);
     }
     if (good) break;
   }
@@ -431,7 +467,7 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
 
   const double raw[6] = {effective[0], effective[1], effective[2], effective[3], effective[4], effective[5]};
   double plus[6];
-  positive_part(raw, principal_values(raw), plus);
+  positive_part(raw, values, plus);
   Response out;
   double stored_plus = 0, stored_minus = 0, flow_work = 0;
   for (int i = 0; i < 6; ++i) {
@@ -448,6 +484,11 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
   return out;
 }
 
+namespace {
+/// As if never evaluated beyond the elastic bound: where there is no history yet, nothing below it makes one, whichever cell the point is in.
+bool untouched(const Cdpm2::State& s) { return s.kappa == 0 && s.equivalent == 0 && s.t == 0 && s.c == 0 && s.equivalent_c == 0; }
+}  // namespace
+
 bool Cdpm2::stress8(const double* strain, const double* rate, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const {
   bool grew = false;
   for (int i = 0; i < 8; ++i) {
@@ -455,6 +496,18 @@ bool Cdpm2::stress8(const double* strain, const double* rate, const CellFrame& c
     for (int k = 0; k < 6; ++k) {
       e[k] = strain[8 * k + i];
       if (rate) v[k] = rate[8 * k + i];
+    }
+    if (untouched(old[i])) {
+      const Sym elastic = hooke(lambda_, mu_, e);
+      const double twice = contract(elastic, e);
+      if (twice <= elastic_bound_) {
+        next[i] = old[i];
+        std::copy(e.begin(), e.end(), next[i].strain);
+        for (int k = 0; k < 6; ++k) stress[8 * k + i] = elastic[k];
+        if (energy) energy[i] = 0.5 * twice;
+        if (dissipation) dissipation[i] = 0;
+        continue;
+      }
     }
     const double kappa = old[i].kappa, w_t = old[i].w_t, w_c = old[i].w_c;
     const Response r = respond(e, v, cell, old[i], next[i]);

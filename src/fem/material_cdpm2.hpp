@@ -24,6 +24,7 @@
 /// bisection, with a return to the surface of that kappa inside; then by halved strain increments (up to 1024 parts).
 #pragma once
 #include "fem/material_damage.hpp"
+#include "fem/material_eigen.hpp"
 #include "fem/material_mc2010.hpp"
 #include "fem/material_types.hpp"
 
@@ -85,14 +86,16 @@ class Cdpm2 {
   double q1(double kappa) const;
   double q2(double kappa) const;
   double ductility(double v) const;
+  double ductility_slope(double v) const;
+  double flow_width(double q2) const;   ///< b_g
   static Haigh haigh(const Sym& s, double f_c);
   bool regular(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const;
   bool fixed(const Haigh& trial, double q1, double q2, double& v, double& r) const;
   bool nested(const Haigh& trial, double f_c, double kappa_n, double& v, double& r, double& kappa) const;
   bool apex(const Haigh& trial, double f_c, double kappa_n, double& v, double& kappa) const;
   bool plastic_step(const Sym& strain, double f_c, bool last_resort, State& s, Sym& effective) const;
-  void damage_step(const Sym& effective, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const;
-  double compressive_share(const Sym& effective) const;
+  void damage_step(const Sym& effective, const Principal<double>& values, const Sym& plastic_before, const CellFrame& cell, double factor, State& s) const;
+  static double compressive_share(const Principal<double>& effective);
   double rate_factor(const Sym& effective, const Sym& rate, const CellFrame& cell) const;
 
   Parameters p_;

@@ -13,6 +13,7 @@
 ///
 /// and since |e| <= min(|e - a|, |e - b|) the expression stays bounded when e approaches a or b.
 #pragma once
+#include <algorithm>
 #include "fem/material_simd.hpp"
 #include "fem/material_types.hpp"
 
@@ -22,6 +23,26 @@ template <class R>
 struct Principal {
   R first, second, third;  ///< first >= second >= third
 };
+
+/// 2 cos(acos(q) / 3), the largest root of x^3 - 3 x - 2 q = 0, for q in [0, 1].
+template <class R>
+inline R far_root(R q) {
+  R x = q * 0x1.2249a4f240d50p-10 + -0x1.843bc9e190d4cp-8;
+  x = x * q + 0x1.f9dc3393addb6p-7;
+  x = x * q + -0x1.d57a14192cdf6p-6;
+  x = x * q + 0x1.8fdd83c348c5ep-5;
+  x = x * q + -0x1.89de545dba39cp-4;
+  x = x * q + 0x1.55548f518b99dp-2;
+  x = x * q + 0x1.bb67aee434c7cp+0;
+  const R x_sq = x * x;
+  return x - ((x_sq - 3.0) * x - 2.0 * q) / (3.0 * x_sq - 3.0);
+}
+
+/// cos(acos(c) / 3) for c in [-1, 1].
+inline double cosine_of_third(double c) {
+  const double x = far_root(std::abs(c));
+  return c >= 0 ? 0.5 * x : 0.5 * (0.5 * x + std::sqrt(std::max(0.0, 3.0 - 0.75 * x * x)));
+}
 
 template <class R>
 inline Principal<R> principal_values(const R (&s)[6]) {
@@ -38,15 +59,7 @@ inline Principal<R> principal_values(const R (&s)[6]) {
   const auto round = cube > 1e-290;  // otherwise the tensor is hydrostatic to the last bit
   const R r = select(round, 0.5 * det / select(round, cube, one), zero);
   const R q = minimum(maximum(r, -r), one);
-  R x = q * 0x1.2249a4f240d50p-10 + -0x1.843bc9e190d4cp-8;
-  x = x * q + 0x1.f9dc3393addb6p-7;
-  x = x * q + -0x1.d57a14192cdf6p-6;
-  x = x * q + 0x1.8fdd83c348c5ep-5;
-  x = x * q + -0x1.89de545dba39cp-4;
-  x = x * q + 0x1.55548f518b99dp-2;
-  x = x * q + 0x1.bb67aee434c7cp+0;
-  const R x_sq = x * x;
-  x = x - ((x_sq - 3.0) * x - 2.0 * q) / (3.0 * x_sq - 3.0);
+  const R x = far_root(q);
   const R gap = square_root(maximum(3.0 - 0.75 * x * x, zero));
   const R near_high = -0.5 * x + gap, near_low = -0.5 * x - gap;
   const auto flip = r < zero;  // the mirrored spectrum
