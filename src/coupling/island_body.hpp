@@ -55,7 +55,7 @@ struct IslandStepper::Outcome {
 
 /// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
 /// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch in the pass before.
-inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.law->rolling_resistance > 0 && t.a.kind != Partner::Kind::structure; }
+inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.rolls; }
 
 /// Calls use(touch, contact) for the rolling rows of a problem, none if it was assembled without.
 template <class Use>

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "contact/impact_damping.hpp"
 #include "contact/node_surface.hpp"
 #include "contact/skin_block.hpp"
 
@@ -208,21 +209,31 @@ double mass_in_series(const dda::Model& m, const Touch& t) {
   return mass * other / (mass + other);
 }
 
+/// Damping ratio of a spring: as given; at a deformable structure, where a contact lasts and is no impulse, the one that gives the
+/// restitution asked for.
+double damping_ratio(const ContactLaw& law, bool lasts) {
+  if (law.damping_ratio > 0 || !lasts || !law.restitution) return law.damping_ratio;
+  return contact::damping_ratio_for(*law.restitution);
+}
+
 /// `damping_ratio` is that of the pair moving along its normal, whatever the number of points: c_i = 2 zeta k_i sqrt(m / sum k), the sum
 /// over the points closed with it.
-void share_dashpots(const dda::Model& m, const CandidatePair& pair, std::span<Touch> touches) {
-  bool damped = false;
-  for (const Touch& t : touches) damped = damped || (t.stiffness > 0 && t.law->damping_ratio > 0);
-  if (!damped) return;
+void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, std::span<Touch> touches) {
+  const ContactLaw* law = nullptr;
+  double ratio = 0, stiffness = 0;
+  bool weighed = false;
   const dda::Model::Block& block = m.blocks[static_cast<std::size_t>(pair.b)];
-  const double mass = mass_in_series(m, touches.front());
   const double closed = 1e-6 * block.shape->radius;
-  double stiffness = 0;
-  for (const Touch& t : touches)
-    if (t.at.gap <= closed) stiffness += t.stiffness;
   for (Touch& t : touches) {
-    if (t.stiffness == 0 || t.law->damping_ratio == 0) continue;
-    t.dashpot = 2 * t.law->damping_ratio * t.stiffness * std::sqrt(mass / (stiffness + (t.at.gap <= closed ? 0 : t.stiffness)));
+    if (t.stiffness == 0) continue;
+    if (t.law != law) law = t.law, ratio = damping_ratio(*law, lasts);
+    if (ratio == 0) continue;
+    if (!weighed) {
+      for (const Touch& other : touches)
+        if (other.at.gap <= closed) stiffness += other.stiffness;
+      weighed = true;
+    }
+    t.dashpot = 2 * ratio * t.stiffness * std::sqrt(mass_in_series(m, t) / (stiffness + (t.at.gap <= closed ? 0 : t.stiffness)));
   }
 }
 
@@ -290,6 +301,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         contact::skin_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
       break;
   }
+  const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
   // Edges and vertices of a surface name no triangle: nodes and materials are those of the triangle that holds the point.
@@ -318,6 +330,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
         t.bond_tension = bond->tension;
       }
     }
+    t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     set_spring(t, m, last != nullptr ? last->crushed : 0.0);
@@ -327,9 +340,9 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     last_of.push_back(last);
   }
   spare_newborn(std::span(out).subspan(first), memory, partner);
-  if (pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface)
+  if (at_skin)
     go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);
-  share_dashpots(m, pair, std::span(out).subspan(first));
+  share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
 }
 
 double face_edge(const TriangleSurface& skin, int triangle) {

@@ -53,6 +53,7 @@ struct Touch {
   bool broken = false;
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
+  bool rolls = false;            // it resists rolling
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   // filled by the assembly
   Vec3 normal = Vec3::UnitZ();   // at mid-step

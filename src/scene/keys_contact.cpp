@@ -31,7 +31,7 @@ std::vector<Key> contact_keys() {
        .min = 0, .above = true},
       {.path = "interface.shear_stiffness", .type = Type::stiffness, .doc = "Spring along the surface, in the unit of normal_stiffness. Omitted: normal_stiffness / 2.5.", .min = 0, .above = true},
       {.path = "interface.normal_stiffness_chosen", .type = Type::boolean, .fallback = "false", .doc = "Written by the program into scene.resolved.json: the stiffness was chosen, not given."},
-      {.path = "interface.restitution", .type = Type::quantity, .dimension = number, .doc = "Newton's normal restitution. Omitted: what compliance and damping give.", .min = 0, .max = 1},
+      {.path = "interface.restitution", .type = Type::quantity, .dimension = number, .doc = "Newton's normal restitution. Omitted: what compliance and damping give. At a deformable structure springs get the dashpots that give it; hard contacts do not use it.", .min = 0, .max = 1},
       {.path = "interface.restitution_tangential", .type = Type::quantity, .dimension = number, .doc = "Restitution along the surface. Omitted: what friction gives.", .min = -1, .max = 1},
       {.path = "interface.rolling_resistance", .type = Type::quantity, .dimension = number, .fallback = "0.0", .doc = "Lever arm of the normal force over the equivalent radius.", .min = 0, .max = 1},
       {.path = "interface.damping_ratio", .type = Type::quantity, .dimension = number, .fallback = "0.0", .doc = "Damping of the contact spring, relative to critical.", .min = 0, .max = 10},

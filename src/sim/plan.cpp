@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/impact_damping.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -70,6 +71,27 @@ std::string time_line(const World& w) {
   return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
 }
 
+/// What interfaces at a structure ask for and do not get there, or get otherwise than elsewhere.
+std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
+  const scene::Scene& s = w.scene;
+  const coupling::StructurePart& part = w.system->environment().structures[structure];
+  std::vector<std::string> lines;
+  if (part.fixed_surface) return lines;
+  for (const auto& [a, b] : s.law_pairs) {
+    if (a != part.material && b != part.material) continue;
+    const ContactLaw& law = s.laws(a, b);
+    const std::string pair = fmt::format("{}/{}", s.materials[static_cast<std::size_t>(a)].name, s.materials[static_cast<std::size_t>(b)].name);
+    if (law.restitution && law.stiffness == ContactLaw::Stiffness::hard && law.kind == ContactLaw::Kind::linear)
+      lines.push_back(fmt::format("  {}: restitution {:g} is not used at it: of a hard contact comes back what the structure's own deformation gives back", pair, *law.restitution));
+    else if (law.restitution && law.damping_ratio == 0)
+      lines.push_back(fmt::format("  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's springs; the structure's own deformation comes on top", pair, *law.restitution,
+                                  contact::damping_ratio_for(*law.restitution)));
+    if (law.restitution_tangential) lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
+    if (law.rolling_resistance > 0) lines.push_back(fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
+  }
+  return lines;
+}
+
 }  // namespace
 
 double Simulation::memory_of_run() const {
@@ -123,6 +145,7 @@ std::vector<std::string> Simulation::plan() const {
         if (to > from) lines.push_back("  " + text.substr(from, to - from));
         from = to + 1;
       }
+      for (std::string& line : contact_lines(w, i)) lines.push_back(std::move(line));
     }
   }
   bool springs = false, restitution = false, cohesion = false;
