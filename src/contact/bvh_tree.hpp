@@ -17,28 +17,34 @@ namespace talus::contact {
 class BoxTree {
  public:
   /// box(i) gives the box of primitive i. The order of the primitives depends on their boxes, and on their numbers only where centres coincide.
+  /// `bundle` (1, 2 or 4): so many that follow each other always share a leaf.
   template <class BoxOf>
-  void build(int count, BoxOf&& box) {
+  void build(int count, BoxOf&& box, int bundle = 1) {
     pairs_.clear();
+    bundle_ = bundle;
     reserve_on_large_pages(order_, static_cast<std::size_t>(count));
     order_.resize(static_cast<std::size_t>(count));
     bounds_.setEmpty();
     if (count == 0) return;
-    std::vector<Centre> centres(static_cast<std::size_t>(count));
-    for (int i = 0; i < count; ++i) centres[static_cast<std::size_t>(i)] = {box(i).center(), i};
+    const int bundles = count / bundle;
+    std::vector<Centre> centres(static_cast<std::size_t>(bundles));
+    for (int i = 0; i < bundles; ++i) {
+      Box3 all;
+      for (int k = 0; k < bundle; ++k) all.extend(box(bundle * i + k));
+      centres[static_cast<std::size_t>(i)] = {all.center(), i};
+    }
     reserve_on_large_pages(pairs_, static_cast<std::size_t>(count) / 2 + 1);
     pairs_.resize(1);  // the root has no sibling
-    split({0, 0}, centres.data(), 0, count);
-    for (int i = 0; i < count; ++i) order_[static_cast<std::size_t>(i)] = centres[static_cast<std::size_t>(i)].primitive;
+    split({0, 0}, centres.data(), 0, bundles);
+    for (int i = 0; i < count; ++i) order_[static_cast<std::size_t>(i)] = bundle * centres[static_cast<std::size_t>(i / bundle)].bundle + i % bundle;
     refit(box);
   }
 
   template <class BoxOf>
   void refit(BoxOf&& box) {
+    bounds_.setEmpty();
     for (std::size_t k = pairs_.size(); k-- > 0;)
       for (Node& n : pairs_[k].node) fit(n, box);
-    bounds_.setEmpty();
-    for (const int i : order_) bounds_.extend(box(i));
   }
 
   /// Calls visit(primitive) for every primitive of every leaf that `touches(lo, hi)`, whose box may be larger than that of its primitives by
@@ -87,7 +93,7 @@ class BoxTree {
   };
   struct Centre {
     Vec3 x;
-    int primitive;
+    int bundle;
   };
 
   static float rounded_down(double x) {
@@ -106,25 +112,28 @@ class BoxTree {
     }
     Box3 b;
     for (int i = n.first; i < n.first + n.count; ++i) b.extend(box(order_[static_cast<std::size_t>(i)]));
+    bounds_.extend(b);
     for (int d = 0; d < 3 && n.count > 0; ++d) n.lo[d] = rounded_down(b.min()[d]), n.hi[d] = -rounded_down(-b.max()[d]);
   }
 
+  /// The bundles from `first` on.
   void split(Place self, Centre* centres, int first, int count) {
-    at(self).first = first, at(self).count = count;
+    at(self).first = bundle_ * first, at(self).count = bundle_ * count;
+    const int leaf = leaf_size / bundle_;
     Centre *begin = centres + first, *end = begin + count;
-    if (count <= leaf_size) {
-      std::sort(begin, end, [](const Centre& a, const Centre& b) { return a.primitive < b.primitive; });
+    if (count <= leaf) {
+      std::sort(begin, end, [](const Centre& a, const Centre& b) { return a.bundle < b.bundle; });
       return;
     }
     Box3 box;
     for (const Centre* c = begin; c != end; ++c) box.extend(c->x);
     int axis = 0;
     box.sizes().maxCoeff(&axis);
-    const int half = (count / 2 + leaf_size - 1) / leaf_size * leaf_size;  // full leaves on the left
+    const int half = (count / 2 + leaf - 1) / leaf * leaf;  // full leaves on the left
     std::nth_element(begin, begin + half, end, [axis](const Centre& a, const Centre& b) {
       for (int k = 0; k < 3; ++k)
         if (const int d = (axis + k) % 3; a.x[d] != b.x[d]) return a.x[d] < b.x[d];
-      return a.primitive < b.primitive;
+      return a.bundle < b.bundle;
     });
     const std::size_t pair = pairs_.size();
     at(self).first = static_cast<int>(pair), at(self).count = inner;
@@ -161,6 +170,7 @@ class BoxTree {
   std::vector<Pair> pairs_;
   std::vector<int> order_;
   Box3 bounds_;
+  int bundle_ = 1;
 };
 
 }  // namespace talus::contact

@@ -26,6 +26,82 @@ void SurfaceIndex::Impl::compute_normals() {
   }
 }
 
+void SurfaceIndex::Impl::adopt(const TriangleSurface& from) {
+  surface = from;
+  const auto& T = surface.triangles;
+  const int vertices = static_cast<int>(surface.vertices.size());
+  for (std::size_t t = 0; t < T.size(); ++t)
+    for (const int v : T[t])
+      if (v < 0 || v >= vertices) {
+        Problem p;
+        p.key = fmt::format("surface triangle {}", t);
+        p.value = fmt::format("vertex {}", v);
+        p.rule = fmt::format("vertex numbers must lie in 0..{}", vertices - 1);
+        p.remedy = "correct the triangle";
+        throw InputError(std::move(p));
+      }
+  compute_normals();
+  connect();
+  // A skin's triangles come as fans of four.
+  const bool fans = !surface.nodes.empty() && T.size() % 4 == 0;
+  tree.build(static_cast<int>(T.size()), [&](int t) { return triangle_box(t); }, fans ? 4 : 1);
+}
+
+/// Triangles at each vertex, and opposite half-edges through those at the start vertex; a side shared by three or more counts as a rim.
+void SurfaceIndex::Impl::connect() {
+  const auto& T = surface.triangles;
+  const int triangles = static_cast<int>(T.size());
+  vertex_offset.assign(surface.vertices.size() + 1, 0);
+  for (const auto& t : T)
+    for (const int v : t) ++vertex_offset[v + 1];
+  std::partial_sum(vertex_offset.begin(), vertex_offset.end(), vertex_offset.begin());
+  vertex_triangle.resize(3 * T.size());
+  struct Sides { int triangle, to, from; };   // of a triangle at a vertex: where its side from there ends, and where the one to there starts
+  std::vector<Sides> at_vertex(3 * T.size());
+  std::vector<int> at(vertex_offset.begin(), vertex_offset.end() - 1);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int i = at[T[t][k]]++;
+      vertex_triangle[i] = t;
+      at_vertex[i] = {t, T[t][(k + 1) % 3], T[t][(k + 2) % 3]};
+    }
+  twin.assign(3 * T.size(), -1);
+  for (int t = 0; t < triangles; ++t)
+    for (int k = 0; k < 3; ++k) {
+      const int a = T[t][k], b = T[t][(k + 1) % 3];
+      int found = -1, uses = 0;
+      for (int i = vertex_offset[a]; i < vertex_offset[a + 1]; ++i) {
+        const Sides& s = at_vertex[i];
+        if (s.from == b) found = s.triangle, ++uses;
+        if (s.to == b && s.triangle != t) ++uses;
+      }
+      if (uses != 1 || found < 0) continue;
+      const auto& u = T[found];
+      twin[3 * t + k] = 3 * found + (u[0] == b ? 0 : u[1] == b ? 1 : 2);
+    }
+}
+
+/// Coplanar neighbours are one face.
+void SurfaceIndex::Impl::group_coplanar() {
+  std::vector<int> parent(surface.triangles.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (int h = 0; h < static_cast<int>(twin.size()); ++h) {
+    const int w = twin[h];
+    if (w < h) continue;
+    const Vec3 &n = normal[h / 3], &m = normal[w / 3];
+    if (n.dot(m) > 0 && n.cross(m).norm() < coplanar_sine) {
+      const int a = root(h / 3), b = root(w / 3);
+      parent[std::max(a, b)] = std::min(a, b);
+    }
+  }
+  group.resize(parent.size());
+  for (std::size_t t = 0; t < parent.size(); ++t) group[t] = root(static_cast<int>(t));
+}
+
 SurfaceIndex::SurfaceIndex(const TriangleSurface& surface) : impl_(std::make_unique<Impl>()) {
   Impl& s = *impl_;
   const std::size_t count = surface.triangles.size();
@@ -36,65 +112,8 @@ SurfaceIndex::SurfaceIndex(const TriangleSurface& surface) : impl_(std::make_uni
   reserve_on_large_pages(s.vertex_offset, surface.vertices.size() + 1);
   reserve_on_large_pages(s.vertex_triangle, 3 * count);
   reserve_on_large_pages(s.group, count);
-  s.surface = surface;
-  const auto& T = s.surface.triangles;
-  const int triangles = static_cast<int>(T.size()), vertices = static_cast<int>(s.surface.vertices.size());
-  for (int t = 0; t < triangles; ++t)
-    for (const int v : T[t])
-      if (v < 0 || v >= vertices) {
-        Problem p;
-        p.key = fmt::format("surface triangle {}", t);
-        p.value = fmt::format("vertex {}", v);
-        p.rule = fmt::format("vertex numbers must lie in 0..{}", vertices - 1);
-        p.remedy = "correct the triangle";
-        throw InputError(std::move(p));
-      }
-  s.compute_normals();
-
-  s.vertex_offset.assign(static_cast<std::size_t>(vertices) + 1, 0);
-  for (const auto& t : T)
-    for (const int v : t) ++s.vertex_offset[v + 1];
-  std::partial_sum(s.vertex_offset.begin(), s.vertex_offset.end(), s.vertex_offset.begin());
-  s.vertex_triangle.resize(3 * T.size());
-  {
-    std::vector<int> at(s.vertex_offset.begin(), s.vertex_offset.end() - 1);
-    for (int t = 0; t < triangles; ++t)
-      for (const int v : T[t]) s.vertex_triangle[at[v]++] = t;
-  }
-  // Opposite half-edges through the triangles at the start vertex; a side shared by three or more counts as a rim.
-  s.twin.assign(3 * T.size(), -1);
-  for (int t = 0; t < triangles; ++t)
-    for (int k = 0; k < 3; ++k) {
-      const int a = T[t][k], b = T[t][(k + 1) % 3];
-      int found = -1, uses = 0;
-      for (int i = s.vertex_offset[a]; i < s.vertex_offset[a + 1]; ++i) {
-        const int u = s.vertex_triangle[i];
-        for (int j = 0; j < 3; ++j) {
-          if (T[u][j] == b && T[u][(j + 1) % 3] == a) found = 3 * u + j, ++uses;
-          if (T[u][j] == a && T[u][(j + 1) % 3] == b && u != t) ++uses;
-        }
-      }
-      if (uses == 1 && found >= 0) s.twin[3 * t + k] = found;
-    }
-
-  std::vector<int> parent(T.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int i) {
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
-    return i;
-  };
-  for (int h = 0; h < 3 * triangles; ++h) {
-    const int w = s.twin[h];
-    if (w < h) continue;
-    const Vec3 &n = s.normal[h / 3], &m = s.normal[w / 3];
-    if (n.dot(m) > 0 && n.cross(m).norm() < coplanar_sine) {
-      const int a = root(h / 3), b = root(w / 3);
-      parent[std::max(a, b)] = std::min(a, b);
-    }
-  }
-  s.group.resize(T.size());
-  for (int t = 0; t < triangles; ++t) s.group[t] = root(t);
-  s.tree.build(triangles, [&](int t) { return s.triangle_box(t); });
+  s.adopt(surface);
+  s.group_coplanar();
 }
 
 SurfaceIndex::~SurfaceIndex() = default;
@@ -104,17 +123,19 @@ void SurfaceIndex::refit(const TriangleSurface& surface) {
   Impl& s = *impl_;
   if (surface.triangles.size() != s.surface.triangles.size() || surface.vertices.size() != s.surface.vertices.size() ||
       surface.revision != s.surface.revision) {
-    *impl_ = std::move(*SurfaceIndex(surface).impl_);
+    s.adopt(surface);
   } else {
     s.surface.vertices = surface.vertices;
     s.surface.velocities = surface.velocities;
     s.compute_normals();
     s.tree.refit([&](int t) { return s.triangle_box(t); });
   }
-  if (s.surface.parent_face.size() == s.group.size())
+  if (s.surface.parent_face.size() == s.surface.triangles.size()) {
     s.group = s.surface.parent_face;
-  else
+  } else {
+    s.group.resize(s.surface.triangles.size());
     std::iota(s.group.begin(), s.group.end(), 0);
+  }
 }
 
 const TriangleSurface& SurfaceIndex::surface() const { return impl_->surface; }

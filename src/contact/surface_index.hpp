@@ -21,7 +21,10 @@ struct SurfaceIndex::Impl {
     const Vec3 &a = surface.vertices[v[0]], &b = surface.vertices[v[1]], &c = surface.vertices[v[2]];
     return Box3(a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c));
   }
+  void adopt(const TriangleSurface& from);   // throws InputError for vertex numbers out of range
   void compute_normals();
+  void connect();
+  void group_coplanar();
 };
 
 }  // namespace talus::contact

@@ -22,35 +22,33 @@ struct FaceKey {
   bool operator<(const FaceKey& o) const { return node != o.node ? node < o.node : std::pair(cell, face) < std::pair(o.cell, o.face); }
 };
 
-std::vector<FaceKey> sorted_faces(const HexMesh& mesh, const std::vector<char>& live) {
+std::vector<FaceKey> sorted_faces(const HexMesh& mesh) {
   std::vector<FaceKey> faces;
   faces.reserve(mesh.hexes.size() * 6);
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    if (!live.empty() && !live[cell]) continue;
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
     for (int face = 0; face < 6; ++face) {
       FaceKey key{{}, cell, face};
       for (int i = 0; i < 4; ++i) key.node[i] = mesh.hexes[cell][hex_faces[face][i]];
       std::sort(key.node.begin(), key.node.end());
       faces.push_back(key);
     }
-  }
   std::sort(faces.begin(), faces.end());
   return faces;
 }
 }  // namespace
 
-std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live) {
-  const std::vector<FaceKey> faces = sorted_faces(mesh, live);
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int, 6>>& neighbours, const std::vector<char>& live) {
   std::vector<SkinQuad> quads;
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    const bool before = i > 0 && faces[i - 1].node == faces[i].node;
-    const bool after = i + 1 < faces.size() && faces[i + 1].node == faces[i].node;
-    if (before || after) continue;
-    SkinQuad quad{{}, faces[i].cell, faces[i].face};
-    for (int k = 0; k < 4; ++k) quad.node[k] = mesh.hexes[quad.cell][hex_faces[quad.face][k]];
-    quads.push_back(quad);
+  const auto there = [&](int cell) { return live.empty() || live[cell]; };
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    if (!there(cell)) continue;
+    for (int face = 0; face < 6; ++face) {
+      if (const int other = neighbours[cell][face]; other >= 0 && there(other)) continue;
+      SkinQuad quad{{}, cell, face};
+      for (int k = 0; k < 4; ++k) quad.node[k] = mesh.hexes[cell][hex_faces[face][k]];
+      quads.push_back(quad);
+    }
   }
-  std::sort(quads.begin(), quads.end(), [](const SkinQuad& a, const SkinQuad& b) { return std::pair(a.cell, a.face) < std::pair(b.cell, b.face); });
   return quads;
 }
 
@@ -106,7 +104,7 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
 
 std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh) {
   std::vector<std::array<int, 6>> next(mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
-  const std::vector<FaceKey> faces = sorted_faces(mesh, {});
+  const std::vector<FaceKey> faces = sorted_faces(mesh);
   for (std::size_t i = 0; i + 1 < faces.size(); ++i)
     if (faces[i].node == faces[i + 1].node) {
       next[faces[i].cell][faces[i].face] = faces[i + 1].cell;

@@ -41,11 +41,11 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads);
 /// The six faces of a hexahedron, outward, in VTK numbering.
 extern const int hex_faces[6][4];
 
-/// Faces that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
-std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
-
 /// For each cell and face the neighbour across it, or -1.
 std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh);
+
+/// Faces that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int, 6>>& neighbours, const std::vector<char>& live);
 
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);

@@ -110,7 +110,6 @@ std::vector<Fragment> FemStructure::take_fragments() {
   cuts_seen_ = cuts;
   share_motion();
   const DamageField* cracks = damage_ ? &history() : nullptr;
-  if (neighbours_.empty()) neighbours_ = neighbours(mesh_);
 
   const int cells = static_cast<int>(mesh_.hexes.size());
   std::vector<int> parent(cells);
@@ -242,7 +241,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  const ClosedSurface surface = close_surface(skin(mesh_, only));
+  const ClosedSurface surface = close_surface(skin(mesh_, neighbours_, only));
   for (int n : surface.node) f.vertices.push_back(position(n));
   for (const auto& v : surface.quad) {
     f.triangles.push_back({v[0], v[1], v[2]});

@@ -206,7 +206,7 @@ class FemStructure : public Structure {
   std::vector<double> cell_mass_;
   std::vector<double> built_mass_;         // of the nodes, as built
   std::vector<int> cells_at_node_;
-  std::vector<std::array<int, 6>> neighbours_;  // empty until cracks may cut
+  std::vector<std::array<int, 6>> neighbours_;
   double wave_speed_ = 0;
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;

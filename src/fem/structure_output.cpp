@@ -11,7 +11,7 @@
 namespace talus::fem {
 
 void FemStructure::rebuild_skin() {
-  skin_ = skin(mesh_, live_);
+  skin_ = skin(mesh_, neighbours_, live_);
   std::vector<int> vertex(mesh_.nodes.size(), -1);
   skin_node_.clear();
   for (const SkinQuad& quad : skin_)

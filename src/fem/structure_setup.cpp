@@ -51,6 +51,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
   wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
+  neighbours_ = neighbours(mesh_);
   rebuild_skin();
   loads_ = find_loads(spec_, mesh_, skin_);
   probes_ = find_probes(spec_, mesh_);

@@ -109,7 +109,7 @@ TEST(Kernel, PatchTest) {
   }
   op.add_internal_force(u.data(), f.data(), false, true);
   std::vector<char> outer(mesh.nodes.size(), 0);
-  for (const SkinQuad& quad : skin(mesh, {}))
+  for (const SkinQuad& quad : skin(mesh, neighbours(mesh), {}))
     for (int n : quad.node) outer[n] = 1;
   const Mat3 strain = 0.5 * (h + h.transpose());
   const Mat3 deviator = strain - strain.trace() / 3 * Mat3::Identity();

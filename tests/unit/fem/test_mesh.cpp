@@ -208,7 +208,7 @@ TEST(ClosedSurface, PartThatTouchesItselfAlongAnEdgeIsClosedEverywhere) {
     for (int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
     live[cell] = centre.z() > 0 || centre.x() * centre.y() > 0;
   }
-  const std::vector<SkinQuad> quads = skin(mesh, live);
+  const std::vector<SkinQuad> quads = skin(mesh, neighbours(mesh), live);
   const ClosedSurface surface = close_surface(quads);
   std::map<std::pair<int, int>, int> runs;  // how often each edge is run through, by direction
   for (const auto& q : surface.quad)
