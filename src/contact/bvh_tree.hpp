@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <span>
 #include <vector>
 
 #include "contact/large_pages.hpp"
@@ -17,26 +19,35 @@ namespace talus::contact {
 class BoxTree {
  public:
   /// box(i) gives the box of primitive i. The order of the primitives depends on their boxes, and on their numbers only where centres coincide.
-  /// `bundle` (1, 2 or 4): so many that follow each other always share a leaf.
   template <class BoxOf>
   void build(int count, BoxOf&& box, int bundle = 1) {
+    std::vector<int> all(static_cast<std::size_t>(count));
+    std::iota(all.begin(), all.end(), 0);
+    build(std::span<const int>(all), box, bundle);
+  }
+
+  /// Over some primitives. `bundle` (1, 2 or 4): so many that follow each other in the list always share a leaf.
+  template <class BoxOf>
+  void build(std::span<const int> primitives, BoxOf&& box, int bundle = 1) {
     pairs_.clear();
     bundle_ = bundle;
-    reserve_on_large_pages(order_, static_cast<std::size_t>(count));
-    order_.resize(static_cast<std::size_t>(count));
+    const int count = static_cast<int>(primitives.size());
+    reserve_on_large_pages(order_, primitives.size());
+    order_.resize(primitives.size());
     bounds_.setEmpty();
     if (count == 0) return;
     const int bundles = count / bundle;
     std::vector<Centre> centres(static_cast<std::size_t>(bundles));
     for (int i = 0; i < bundles; ++i) {
       Box3 all;
-      for (int k = 0; k < bundle; ++k) all.extend(box(bundle * i + k));
+      for (int k = 0; k < bundle; ++k) all.extend(box(primitives[static_cast<std::size_t>(bundle * i + k)]));
       centres[static_cast<std::size_t>(i)] = {all.center(), i};
     }
     reserve_on_large_pages(pairs_, static_cast<std::size_t>(count) / 2 + 1);
     pairs_.resize(1);  // the root has no sibling
     split({0, 0}, centres.data(), 0, bundles);
-    for (int i = 0; i < count; ++i) order_[static_cast<std::size_t>(i)] = bundle * centres[static_cast<std::size_t>(i / bundle)].bundle + i % bundle;
+    for (int i = 0; i < count; ++i)
+      order_[static_cast<std::size_t>(i)] = primitives[static_cast<std::size_t>(bundle * centres[static_cast<std::size_t>(i / bundle)].bundle + i % bundle)];
     refit(box);
   }
 

@@ -51,8 +51,15 @@ class SurfaceIndex {
   explicit SurfaceIndex(const TriangleSurface& surface);
   ~SurfaceIndex();
   SurfaceIndex(SurfaceIndex&&) noexcept;
+  /// Follows a surface that moved, and one of another topology (its revision grew).
   void refit(const TriangleSurface& surface);
+  /// From now on refit() follows only what lies within the boxes and two rings of faces around it, and nothing else is found: for a skin of which
+  /// little is near any block.
+  void focus(const TriangleSurface& surface, std::vector<Box3> boxes);
+  /// All of the surface again, as it is now.
+  void unfocus(const TriangleSurface& surface);
   const TriangleSurface& surface() const;
+  /// Of all triangles; while focused, as they were before.
   Box3 bounds() const;
   /// True if any triangle's box overlaps `box`.
   bool overlaps(const Box3& box) const;

@@ -17,13 +17,15 @@ constexpr double coplanar_sine = 1e-9;
 
 void SurfaceIndex::Impl::compute_normals() {
   normal.resize(surface.triangles.size());
-  for (std::size_t t = 0; t < surface.triangles.size(); ++t) {
-    const auto& v = surface.triangles[t];
-    const Vec3& a = surface.vertices[v[0]];
-    const Vec3 n = (surface.vertices[v[1]] - a).cross(surface.vertices[v[2]] - a);
-    const double l = n.norm();
-    normal[t] = l > 0 ? Vec3(n / l) : Vec3(Vec3::Zero());
-  }
+  for (int t = 0; t < static_cast<int>(normal.size()); ++t) compute_normal(t);
+}
+
+void SurfaceIndex::Impl::compute_normal(int t) {
+  const auto& v = surface.triangles[t];
+  const Vec3& a = surface.vertices[v[0]];
+  const Vec3 n = (surface.vertices[v[1]] - a).cross(surface.vertices[v[2]] - a);
+  const double l = n.norm();
+  normal[t] = l > 0 ? Vec3(n / l) : Vec3(Vec3::Zero());
 }
 
 void SurfaceIndex::Impl::adopt(const TriangleSurface& from) {
@@ -42,31 +44,34 @@ void SurfaceIndex::Impl::adopt(const TriangleSurface& from) {
       }
   compute_normals();
   connect();
-  // A skin's triangles come as fans of four.
-  const bool fans = !surface.nodes.empty() && T.size() % 4 == 0;
-  tree.build(static_cast<int>(T.size()), [&](int t) { return triangle_box(t); }, fans ? 4 : 1);
+  tree.build(static_cast<int>(T.size()), [&](int t) { return triangle_box(t); }, fans() ? 4 : 1);
 }
 
 /// Triangles at each vertex, and opposite half-edges through those at the start vertex; a side shared by three or more counts as a rim.
 void SurfaceIndex::Impl::connect() {
+  std::vector<int> all(surface.triangles.size());
+  std::iota(all.begin(), all.end(), 0);
+  connect(all);
+}
+
+void SurfaceIndex::Impl::connect(const std::vector<int>& triangles) {
   const auto& T = surface.triangles;
-  const int triangles = static_cast<int>(T.size());
   vertex_offset.assign(surface.vertices.size() + 1, 0);
-  for (const auto& t : T)
-    for (const int v : t) ++vertex_offset[v + 1];
+  for (const int t : triangles)
+    for (const int v : T[t]) ++vertex_offset[v + 1];
   std::partial_sum(vertex_offset.begin(), vertex_offset.end(), vertex_offset.begin());
-  vertex_triangle.resize(3 * T.size());
+  vertex_triangle.resize(3 * triangles.size());
   struct Sides { int triangle, to, from; };   // of a triangle at a vertex: where its side from there ends, and where the one to there starts
-  std::vector<Sides> at_vertex(3 * T.size());
+  std::vector<Sides> at_vertex(3 * triangles.size());
   std::vector<int> at(vertex_offset.begin(), vertex_offset.end() - 1);
-  for (int t = 0; t < triangles; ++t)
+  for (const int t : triangles)
     for (int k = 0; k < 3; ++k) {
       const int i = at[T[t][k]]++;
       vertex_triangle[i] = t;
       at_vertex[i] = {t, T[t][(k + 1) % 3], T[t][(k + 2) % 3]};
     }
   twin.assign(3 * T.size(), -1);
-  for (int t = 0; t < triangles; ++t)
+  for (const int t : triangles)
     for (int k = 0; k < 3; ++k) {
       const int a = T[t][k], b = T[t][(k + 1) % 3];
       int found = -1, uses = 0;
@@ -79,6 +84,14 @@ void SurfaceIndex::Impl::connect() {
       const auto& u = T[found];
       twin[3 * t + k] = 3 * found + (u[0] == b ? 0 : u[1] == b ? 1 : 2);
     }
+}
+
+/// Faces of a surface that moves: quadrilaterals, or its triangles.
+void SurfaceIndex::Impl::group_faces() {
+  group = surface.parent_face;
+  if (group.size() == surface.triangles.size()) return;
+  group.resize(surface.triangles.size());
+  std::iota(group.begin(), group.end(), 0);
 }
 
 /// Coplanar neighbours are one face.
@@ -121,6 +134,10 @@ SurfaceIndex::SurfaceIndex(SurfaceIndex&&) noexcept = default;
 
 void SurfaceIndex::refit(const TriangleSurface& surface) {
   Impl& s = *impl_;
+  if (s.focus) {
+    s.follow(surface);
+    return;
+  }
   if (surface.triangles.size() != s.surface.triangles.size() || surface.vertices.size() != s.surface.vertices.size() ||
       surface.revision != s.surface.revision) {
     s.adopt(surface);
@@ -130,16 +147,11 @@ void SurfaceIndex::refit(const TriangleSurface& surface) {
     s.compute_normals();
     s.tree.refit([&](int t) { return s.triangle_box(t); });
   }
-  if (s.surface.parent_face.size() == s.surface.triangles.size()) {
-    s.group = s.surface.parent_face;
-  } else {
-    s.group.resize(s.surface.triangles.size());
-    std::iota(s.group.begin(), s.group.end(), 0);
-  }
+  s.group_faces();
 }
 
 const TriangleSurface& SurfaceIndex::surface() const { return impl_->surface; }
-Box3 SurfaceIndex::bounds() const { return impl_->tree.bounds(); }
+Box3 SurfaceIndex::bounds() const { return impl_->focus ? impl_->focus->all.bounds() : impl_->tree.bounds(); }
 
 bool SurfaceIndex::overlaps(const Box3& box) const {
   const Impl& s = *impl_;

@@ -24,6 +24,9 @@ void IslandStepper::begin(const Island& island) {
   report_ = IslandReport{};
   impacts_ = 0;
   found_for_ = -1;
+  followed_ = -1;
+  skin_path_ = step_length_ = 0;
+  seen_.clear();
   impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);
   bodies_.assign(island.blocks.size(), Body{});
@@ -356,6 +359,13 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   begin(island);
   stop_ = stop;
   suggested_ = first_step;
+  IslandReport report = run(t, duration);
+  follow_all();
+  return report;
+}
+
+IslandReport IslandStepper::run(double t, double duration) {
+  const Island& island = *island_;
   const bool with_structure = !island.structures.empty();
   const bool small = static_cast<int>(island.blocks.size()) <= settings_.event_blocks && !with_structure;
   double done = 0;
@@ -364,7 +374,9 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   while (duration - done > 1e-12 * duration) {
     const double remaining = duration - done;
     const bool lumped = !small || impacts_ > 200;
-    find(std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped)));
+    const double expected = std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped));
+    if (with_structure && !condensed_ && suggested_ > 0) follow_skins(expected);
+    find(expected);
     double h = step_limit(remaining, lumped);
     if (condensed_) {
       const double length = condensed_length(t + done, duration, remaining, h);

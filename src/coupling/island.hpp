@@ -64,6 +64,10 @@ class IslandStepper {
   void begin(const Island& island);
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
+  // island_focus.cpp
+  void follow_skins(double h);
+  void follow_all();
+  IslandReport run(double t, double duration);
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
   void find(double h, bool at_start = true);
   void find_moved(const std::vector<char>& moved);
@@ -162,6 +166,10 @@ class IslandStepper {
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
+  struct Seen { int block; Vec3 c; Quat q; };
+  std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen
+  double followed_ = -1;                  // how far from those blocks skins are followed [m]; negative: everywhere
+  double skin_path_ = 0;                  // bound on how far the skins have moved since then [m]
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
