@@ -225,6 +225,41 @@ void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, doub
   }
 }
 
+/// A convex piece of a body, -1 for itself, and its box over the time that it was looked for.
+struct Piece {
+  int triangle;
+  Box3 box;
+};
+
+/// The pieces that may meet `box` over [0, s1].
+void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std::vector<Piece>& out) {
+  out.clear();
+  if (m.p->convex) {
+    out.push_back({-1, swept(m, 0, s1, margin)});
+    return;
+  }
+  const Pose p0 = m.motion->at(0), p1 = m.motion->at(s1);
+  for (std::size_t t = 0; t < m.p->triangles.size(); ++t)
+    if (const Box3 own = swept_triangle(m, m.p->triangles[t], p0, p1, s1, margin); meet(own, box)) out.push_back({static_cast<int>(t), own});
+}
+
+/// Calls use(a, b) for the pairs of pieces whose boxes meet over [0, s1].
+template <class Use>
+void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s1, double margin, Use&& use) {
+  thread_local std::vector<Piece> of_a, of_b;
+  find_pieces(a, common, s1, margin, of_a);
+  find_pieces(b, common, s1, margin, of_b);
+  const auto with = [](const Mover& m, FlatTriangle& flat, int triangle, auto&& then) {
+    if (triangle < 0) return then(m);
+    const auto& t = m.p->triangles[static_cast<std::size_t>(triangle)];
+    if (flat.set(m.p->vertices[t[0]], m.p->vertices[t[1]], m.p->vertices[t[2]])) then(Mover{&flat.p, m.motion, m.reach});
+  };
+  for (const Piece& p : of_a)
+    with(a, flat_a, p.triangle, [&](const Mover& piece_a) {
+      for (const Piece& q : of_b)
+        if (meet(p.box, q.box)) with(b, flat_b, q.triangle, [&](const Mover& piece_b) { use(piece_a, piece_b); });
+    });
+}
 
 }  // namespace
 
@@ -238,18 +273,10 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
   }
   const Box3 common = box_a.intersection(box_b);
   double start = std::numeric_limits<double>::infinity();
-  pieces(a, flat_a, common, 0, 0, tolerance, [&](const Mover& pa) {
-    pieces(b, flat_b, common, 0, 0, tolerance, [&](const Mover& pb) {
-      start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap);
-    });
-  });
+  pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) { start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap); });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
-  pieces(a, flat_a, common, 0, 1, tolerance, [&](const Mover& pa) {
-    pieces(b, flat_b, common, 0, 1, tolerance, [&](const Mover& pb) {
-      first = std::min(first, advance(pa, pb, 0, std::min(first, 1.0), levels));
-    });
-  });
+  pairs_of_pieces(a, b, common, 1, tolerance, [&](const Mover& pa, const Mover& pb) { first = std::min(first, advance(pa, pb, 0, std::min(first, 1.0), levels)); });
   return first;
 }
 

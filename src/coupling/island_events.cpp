@@ -86,9 +86,22 @@ double IslandStepper::crossing() const {
     double thickness = model_.blocks[kb].shape->inradius;
     if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
     const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
-    if (path(pair) <= clear) continue;
-    const double s = time_of_impact(pair, listed ? 1e-3 * thickness : 1e-10 * length_, true);
-    if (!listed || s < 0.9) first = std::min(first, s);   // rows end where they touch: that is no crossing
+    const double way = path(pair);
+    if (way <= clear) continue;
+    double s = 2;
+    if (!listed) {
+      s = time_of_impact(pair, 1e-10 * length_, true);
+      if (s > 1) continue;
+      // A level below all that is named, and met later: it was below already. Concave blocks graze each other where the search names no contact;
+      // a step that ended there would be followed by one that ends as early.
+      listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
+      if (listed && way <= 0.25 * thickness) continue;
+    }
+    if (listed) {
+      s = time_of_impact(pair, 1e-3 * thickness, true);
+      if (s >= 0.9) continue;   // rows end where they touch: that is no crossing
+    }
+    first = std::min(first, s);
   }
   return first;
 }
