@@ -283,6 +283,22 @@ class Builder {
       }
   }
 
+  /// Where a structure's reports go; what begins with "warning: " is one, "; " before what to do.
+  Report report_of(const std::string& name) {
+    return [world = world_.get(), name](const std::string& line) {
+      constexpr std::string_view mark = "warning: ";
+      if (!line.starts_with(mark)) return world->report(line);
+      Problem p;
+      p.file = world->scene.file;
+      p.key = "structure." + name;
+      const std::size_t end = line.find("; ");
+      p.rule = line.substr(mark.size(), end - mark.size());
+      if (end != std::string::npos) p.remedy = line.substr(end + 2);
+      p.severity = Problem::Severity::warning;
+      world->scene.warnings.push_back(std::move(p));
+    };
+  }
+
   void add_structures() {
     for (StructureSpec spec : world_->scene.structures) {
       coupling::StructurePart part;
@@ -292,7 +308,7 @@ class Builder {
       // The index lives as long as the world does, this builder does not.
       if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
       try {
-        part.structure = load_structure(spec, model_.gravity, world_->report);
+        part.structure = load_structure(spec, model_.gravity, report_of(spec.name));
       } catch (const InputError& e) {
         for (Problem p : e.problems()) {
           if (p.file.empty()) p.file = world_->scene.file;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
+#include "fem/bending.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -194,6 +195,32 @@ TEST(State, RestoreBringsBackTheSameBits) {
     EXPECT_EQ(first, second) << how;
     EXPECT_NE(first, saved) << how;
   }
+}
+
+/// A cantilever of 0.5 x 0.5 x 8 m under its own weight lying down: what the cells make of it, and what is said of them beforehand.
+TEST(Bending, IsForetold) {
+  const auto tip = [](int layers, int along) {
+    StructureSpec s = cantilever(layers, along);
+    s.size = Vec3(0.5, 0.5, 8);
+    s.probes[0].at = Vec3(0, 0, 8);
+    s.gravity_preload = true;
+    return FemStructure(s, Vec3(1, 0, 0), silent).probe_displacements()[0].x();
+  };
+  const auto foretold = [](int layers, int along) {
+    StructureSpec s = cantilever(layers, along);
+    s.size = Vec3(0.5, 0.5, 8);
+    return poor_bending(make_mesh(s), s.poisson);
+  };
+  const double area = 0.25, inertia = 0.0625 / 12, beam = 2450 * area * std::pow(8, 4) / (8 * 33.55e9 * inertia);
+  for (const auto& [layers, along] : {std::pair(1, 8), {1, 40}, {2, 8}, {2, 12}, {2, 16}}) {
+    const auto poor = foretold(layers, along);
+    ASSERT_TRUE(poor) << layers << " " << along;
+    EXPECT_EQ(poor->layers, layers);
+    EXPECT_NEAR(poor->sag / (tip(layers, along) / beam), 1, layers == 1 ? 0.15 : 0.06) << layers << " " << along << " " << tip(layers, along) / beam;
+  }
+  EXPECT_FALSE(foretold(3, 48));
+  EXPECT_NEAR(tip(3, 48) / beam, 1, 0.06);
+  EXPECT_LE(8.0 / 48, longest_bending_cell(0.5, 0.2));
 }
 
 TEST(Input, MissingSupportGroupAndEmptyLoadAreNamed) {
