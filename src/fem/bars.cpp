@@ -43,7 +43,9 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
       all.insert(all.end(), made.begin(), made.end());
     }
   }
-  const std::vector<rebar::Segment> segments = rebar::embed(all, rebar::host_search(mesh.nodes, mesh.hexes), key);
+  // The flat faces of a round section's cells lie inside its circle: what the cover puts between the two is held by the nearest cell.
+  const double tolerance = spec.section == "round" ? 0.25 : 1e-6;
+  const std::vector<rebar::Segment> segments = rebar::embed(all, rebar::host_search(mesh.nodes, mesh.hexes, tolerance), key);
   // Only the nodes of hosts take part: their own numbering.
   std::vector<int> number(mesh.nodes.size(), -1);
   for (const rebar::Segment& s : segments)

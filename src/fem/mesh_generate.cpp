@@ -33,20 +33,22 @@ HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
 }
 
 HexMesh round_column(const StructureSpec& spec) {
-  // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and extruded.
+  // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and extruded. Its polygon has the area of
+  // the circle: inscribed, the coarsest one (eight sides) would have a tenth less, and a fifth less stiffness in bending.
   const double diameter = std::max(spec.size.x(), spec.size.y());
   double size = spec.cell_size;
   for (const auto& r : spec.refinements) size = std::min(size, r.cell_size);
   const int across = spec.cells[0] > 0 ? spec.cells[0] : static_cast<int>(std::ceil(diameter / size - 1e-9));
-  int levels = 0;
+  int levels = 1;
   while ((3 << levels) < across && levels < 8) ++levels;
   DiscMesh disc;
   services().disc(levels, disc);
+  const double sector = 2 * M_PI / (4 << levels), wider = std::sqrt(sector / std::sin(sector));
   const std::vector<double> z = planes(spec, 2, {0, spec.size.z()});
   const int layer = static_cast<int>(disc.nodes.size());
   HexMesh mesh;
   for (double height : z)
-    for (const auto& p : disc.nodes) mesh.nodes.emplace_back(p[0] * spec.size.x(), p[1] * spec.size.y(), height);
+    for (const auto& p : disc.nodes) mesh.nodes.emplace_back(wider * p[0] * spec.size.x(), wider * p[1] * spec.size.y(), height);
   for (int k = 0; k + 1 < static_cast<int>(z.size()); ++k)
     for (const auto& q : disc.quads) {
       const int low = k * layer, high = low + layer;

@@ -51,7 +51,8 @@ class GridSearch {
   std::optional<HostPoint> operator()(const Vec3& p) const {
     const auto found = buckets_.find(pack(key_of(p)));
     if (found == buckets_.end()) return {};
-    std::optional<HostPoint> nearly;  // outside all cells by no more than the tolerance
+    std::optional<HostPoint> nearly;  // outside all cells by no more than the tolerance: the nearest cell
+    double nearest = 1 + 2 * tolerance_;
     for (const int c : found->second) {
       std::array<Vec3, 8> x;
       Box3 box;
@@ -83,7 +84,7 @@ class GridSearch {
       const double reach = xi.cwiseAbs().maxCoeff();
       const HostPoint here{c, xi.cwiseMax(-1.0).cwiseMin(1.0)};
       if (reach <= 1 + 1e-11) return here;
-      if (!nearly && reach <= 1 + 2 * tolerance_) nearly = here;
+      if (reach <= nearest * (1 - 1e-12) || (!nearly && reach <= nearest)) nearly = here, nearest = reach;
     }
     return nearly;
   }
@@ -140,6 +141,8 @@ HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<i
 
 std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key) {
   std::vector<Problem> problems;
+  constexpr std::size_t named = 5;   // of the bars outside; the others are counted
+  std::size_t outsiders = 0;
   std::vector<Segment> segments;
   for (std::size_t index = 0; index < bars.size(); ++index) {
     const Bar& bar = bars[index];
@@ -182,7 +185,7 @@ std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
       }
       arc += length;
     }
-    if (outside && problems.size() < 50) {
+    if (outside && ++outsiders <= named) {
       Problem problem;
       problem.file = bar.file;
       problem.line = bar.line;
@@ -193,6 +196,7 @@ std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
       problems.push_back(problem);
     }
   }
+  if (outsiders > named) problems.back().rule += fmt::format("; so do {} more bars", outsiders - named);
   if (!problems.empty()) throw InputError(problems);
   return segments;
 }

@@ -320,8 +320,8 @@ void read_impact(Reading& in, const View& root) {
     if (impact.shape.mass < 0 || impact.shape.volume < 0 || (column("mass") && !(impact.shape.mass > 0)))
       view->problem("trajectories", "the mass in this row must be > 0", "correct the file");
   } else {
-    view->missing("velocity", "or trajectories");
-    view->missing("point", "or trajectories");
+    view->missing("velocity", "needed unless trajectories are given");
+    view->missing("point", "needed unless trajectories are given");
     if (const Node* velocity = view->get("velocity"); velocity && velocity->kind == Node::Kind::array) {
       impact.velocity = vector_of(*velocity, dimension::velocity);
       for (const char* key : {"angle", "direction"})

@@ -250,6 +250,50 @@ TEST(ConcreteInput, BarsOutsideTheConcreteAreNamed) {
   EXPECT_NE(p.rule.find("outside the concrete"), std::string::npos);
 }
 
+TEST(ConcreteInput, ManyBarsOutsideAreCounted) {
+  const std::string path = std::string(TALUS_BINARY_DIR) + "/many_outside_bars.csv";
+  std::ofstream bars(path);
+  bars << "bar,diameter,x,y,z,grade\n";
+  for (int i = 0; i < 40; ++i)
+    for (const char* z : {"0.02", "0.35"}) bars << "L" << i << ",0.01,0.05,0.05," << z << ",B500B\n";
+  bars.close();
+  StructureSpec s = cube("concrete");
+  s.rebar_file = path;
+  try {
+    FemStructure body(s, Vec3(0, 0, -9.81), silent);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.problems().size(), 5u);
+    EXPECT_NE(e.problems().back().rule.find("so do 35 more bars"), std::string::npos) << e.problems().back().rule;
+  }
+}
+
+/// Hoops near the surface of a round column pass outside the flat faces of its cells.
+TEST(ConcreteInput, HoopsOfARoundColumnAreHeldByItsFlatFacedCells) {
+  for (const double cell : {0.15, 0.3, 0.5}) {
+    StructureSpec s = cube("concrete");
+    s.kind = "column";
+    s.section = "round";
+    s.size = Vec3(1.5, 1.5, 4);
+    s.cells = {0, 0, 0};
+    s.cell_size = cell;
+    StructureSpec::RebarRule hoops;
+    hoops.kind = "stirrups", hoops.diameter = 0.012, hoops.cover = 0.04, hoops.spacing = 0.2;
+    StructureSpec::RebarRule bars;
+    bars.kind = "longitudinal", bars.bars = 16, bars.diameter = 0.028, bars.cover = 0.05;
+    s.rebar_rules = {bars, hoops};
+    FemStructure column(s, Vec3(0, 0, -9.81), silent);
+    const Structure::Snapshot now = column.snapshot();
+    double hoop = 0;   // level pieces
+    for (const auto& [a, b] : now.bars) {
+      const Vec3 d = now.bar_points[static_cast<std::size_t>(b)] - now.bar_points[static_cast<std::size_t>(a)];
+      if (std::abs(d.z()) < 1e-3 * d.norm()) hoop += d.norm();
+    }
+    const double one = 2 * M_PI * (0.75 - 0.046);
+    EXPECT_NEAR(hoop / (20 * one), 1, 0.06) << cell;
+  }
+}
+
 TEST(MeshInput, UnsupportedCellsAndInvertedOnesAreNamed) {
   StructureSpec s = cube("none");
   s.young = 30e9;

@@ -51,7 +51,7 @@ TEST(Module, IsMappedOnlyWhenAStructureIsMade) {
   s.section = "round";
   s.loads.clear();
   s.cells = {3, 3, 4};
-  EXPECT_EQ(load_structure(s, Vec3::Zero(), [](const std::string&) {})->elements(), 5 * 4);
+  EXPECT_EQ(load_structure(s, Vec3::Zero(), [](const std::string&) {})->elements(), 20 * 4);
   EXPECT_TRUE(mapped("libdeal"));
 }
 
