@@ -12,8 +12,10 @@
 ///
 /// Eliminating dP, dp_t, dgamma, dy per contact leaves (A + sum J^T D J) dv = f: the pattern of the Newton method. Predictor
 /// and corrector share a factorisation [mehrotra1992]. No proximal term: D stays moderate along the path, so a cold start
-/// costs 10 to 20 factorisations.
+/// costs 10 to 20 factorisations. In large problems a contact that holds up a short step is
+/// put back inside its cone before the next.
 #pragma once
+#include <cmath>
 #include <vector>
 
 #include "contact/solver_hessian.hpp"
@@ -25,6 +27,7 @@ struct InteriorOptions {
   double tolerance = 1e-10;  // [m/s]
   int max_iterations = 60;
   int sweeps = 0;            // visits per contact of an attempt to settle from the path what lags behind; 0: none
+  bool recentre = false;     // put the contacts that hold up a short step back inside their cones
   double start = 0;          // [m/s] expected distance from the warm start; sets the first barrier
 };
 
@@ -46,9 +49,35 @@ class Interior {
     Eigen::Vector2d pt, ut;
     double dP, dy, dgamma;
     Eigen::Vector2d dpt, dut;
+    double own;   // longest step that this contact admits
     bool frictional;
   };
+  enum class Phase { predictor, corrector };
+  /// What a path has reached: the least residual, of which the best impulses are kept, and what tells that it is stuck.
+  struct Progress {
+    double residual = INFINITY;   // least on the path itself
+    double least = INFINITY;      // with what sweeps made of it
+    int stalls = 0, blocked = 0;
+    int next_settling = 0;        // iteration of the next attempt
+  };
+  void begin(double delta);
+  void place_impulse(const Touch& t, Pair& q, Vec3& p, double delta) const;
+  double measure();
+  bool settle(const InteriorOptions& options, Progress& progress);
+  bool stuck(double residual, Progress& progress);
+  void right_hand_side(Phase phase, double tau);
+  void contact_equations(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau);
+  double steps(Phase phase, double tau);
+  double complementarity_after(double alpha) const;
+  bool direction(double complementarity, double& alpha);
+  void advance(double alpha, double complementarity, bool recentre);
+
   Hessian* hessian_;
+  const System* system_ = nullptr;
+  int count_ = 0;    // complementary products
+  // Weight of the flow rule's own coupling in the direction: 0 is Newton on exact Coulomb, fast but now and then blocked; 1 takes the
+  // direction of the convex problem with the De Saxce shift held, which is monotone, and moves the shift at each iteration.
+  double lag_ = 0;
   std::vector<Pair> pairs_;
   std::vector<Mat3> D_;
   std::vector<Vec3> constant_, p_, best_;

@@ -34,7 +34,8 @@ bool Search::interior(double distance) {
   InteriorOptions options;
   options.tolerance = std::max(tolerance_, 1e-7 * settings_->velocity_scale);
   options.start = distance;
-  options.sweeps = system.contacts() > 60 ? 15 : 0;
+  options.recentre = system.contacts() > 60;
+  options.sweeps = options.recentre ? 15 : 0;
   trial_p_ = p;
   system.velocities(trial_p_, trial_v_);
   const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);

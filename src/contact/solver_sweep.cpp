@@ -5,7 +5,7 @@
 
 namespace talus::contact::detail {
 
-Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start) {
+Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy accuracy) {
   const Law& law = t.law;
   if (law.mu == 0 && law.cohesion == 0) return Vec3(t.W(0, 0) > 0 ? std::max(law.floor, -q.x() / t.W(0, 0)) : start.x(), 0, 0);
   const Vec3 stick = -t.W_inverse * q;
@@ -21,7 +21,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start) {
     // Slip: normal and tangential in turn. The tangential step is a projected gradient step with the largest eigenvalue.
     const double a = t.W(1, 1), b = t.W(2, 2), c = t.W(1, 2);
     const double wt = 0.5 * (a + b) + length(0.5 * (a - b), c);
-    for (int k = 0; k < 4; ++k) {
+    for (int k = 0; k < accuracy.iterations; ++k) {
       const Vec3 u = q + t.W * p;
       next.x() = std::max(law.floor, p.x() - u.x() / t.W(0, 0));
       const double dn = next.x() - p.x();
@@ -36,7 +36,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start) {
       next.z() = z;
       const double change = (next - p).cwiseAbs().maxCoeff();
       p = next;
-      if (change <= 1e-4 * p.cwiseAbs().maxCoeff()) break;
+      if (change <= accuracy.change * p.cwiseAbs().maxCoeff()) break;
     }
     return p;
   }
@@ -72,7 +72,7 @@ double sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v,
   return largest;
 }
 
-void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
+void LocalSweeps::list_contacts(const System& system) {
   const int nc = system.contacts();
   first_.assign(system.body.size() + 1, 0);
   for (const Touch& t : system.touch)
@@ -82,30 +82,56 @@ void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<do
   for (int i = nc - 1; i >= 0; --i)   // first_[b + 1] runs down to the start of body b's list
     for (int k = system.touch[i].first; k < system.touch[i].first + system.touch[i].count; ++k) touching_[--first_[system.terms[k].body + 1]] = i;
   first_.push_back(static_cast<int>(touching_.size()));
-  pending_.assign(nc, 0);
-  const double change_that_counts = 0.05 * tolerance;
-  for (int i = 0; i < nc; ++i) {
+}
+
+/// Marks the contacts whose residual is above the limit; false if none is.
+bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit) {
+  bool any = false;
+  for (int i = 0; i < system.contacts(); ++i) {
     const Touch& t = system.touch[i];
     const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-    pending_[i] = natural_residual(t.law, u, p[i], t.w, 0) > change_that_counts;
+    pending_[i] = natural_residual(t.law, u, p[i], t.w, 0) > limit;
+    any = any || pending_[i] != 0;
   }
+  return any;
+}
+
+/// True if the contact's impulse changed by more than counts.
+bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts) {
+  const Touch& t = system.touch[i];
+  if (!(t.w > 0)) return false;
+  const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
+  Vec3 change = solve_one(t, u - t.W * p[i], p[i], visited) - p[i];
+  if (change == Vec3::Zero()) return false;
+  const bool counts = t.w * change.cwiseAbs().maxCoeff() > change_that_counts;
+  if (t.law.mu > 0 && ++visits_[i] > undamped_visits) change *= 0.5;
+  p[i] += change;
+  system.push(t, change, v.data());
+  return counts;
+}
+
+void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
+  const int nc = system.contacts();
+  list_contacts(system);
+  pending_.assign(nc, 0);
+  visits_.assign(nc, 0);
+  const double change_that_counts = 0.05 * tolerance;
+  mark(system, p, v, change_that_counts);
   const long most = static_cast<long>(budget) * nc;
   long visits = 0, before = -1;
-  for (int round = 0; visits < most && visits != before; ++round) {
+  for (int round = 0; visits < most; ++round) {
+    if (visits == before) {   // many changes too small to count may add up
+      if (!mark(system, p, v, 0.7 * tolerance)) return;
+      visits += nc / 4;
+    }
     before = visits;
     for (int k = 0; k < nc; ++k) {
       const int i = round % 2 == 0 ? k : nc - 1 - k;
       if (pending_[i] == 0) continue;
       pending_[i] = 0;
       ++visits;
+      if (!visit(system, i, p, v, change_that_counts)) continue;
       const Touch& t = system.touch[i];
-      if (!(t.w > 0)) continue;
-      const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-      const Vec3 change = solve_one(t, u - t.W * p[i], p[i]) - p[i];
-      if (change == Vec3::Zero()) continue;
-      p[i] += change;
-      system.push(t, change, v.data());
-      if (!(t.w * change.cwiseAbs().maxCoeff() > change_that_counts)) continue;
       for (int e = t.first; e < t.first + t.count; ++e) {
         const int b = system.terms[e].body;
         for (int o = first_[b + 1]; o < first_[b + 2]; ++o) pending_[touching_[o]] = 1;
