@@ -404,6 +404,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     bool stop_located = false;
     int releases = 0;
     int cuts = 0, halved = 0, refined = 0;
+    ahead_.assign(island.pairs.size(), 0.0);
     if (!lumped && closed && settings_.fixed_step <= 0)
       for (const Touch& touch : touches_) slip_before.push_back(slip(touch, touch.at.point_b));
     for (;;) {
@@ -439,13 +440,14 @@ IslandReport IslandStepper::run(double t, double duration) {
         continue;
       }
       if (lumped && h > 10 * settings_.min_step && ++cuts <= 30) {
-        const double s = crossing();
-        if (s < 1) {   // the step ends short of it; a row is there in the next one
+        const Crossing met = crossing();
+        if (met.first < 1 || met.listed) {   // solved again with rows for what it met; else it ends short, and a row is there in the next one
           restore();
           ++report_.counters.rejected;
           for (Touch& touch : touches_)
             if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / h;
-          h *= condensed_ ? 0.5 : std::clamp(0.99 * s, 0.01, 0.99);
+          if (met.first < 1) h *= condensed_ ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
+          if (met.listed) look_ahead();
           continue;
         }
       }

@@ -70,7 +70,8 @@ class IslandStepper {
   IslandReport run(double t, double duration);
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
   void find(double h, bool at_start = true);
-  void find_moved(const std::vector<char>& moved);
+  void find_moved(const std::vector<Pose>& last, std::vector<double>& carried);
+  void carry_pair(std::size_t pair, const std::vector<Pose>& last);
   void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
@@ -147,7 +148,12 @@ class IslandStepper {
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none
   double path(const CandidatePair& pair) const;
-  double crossing() const;       // the same for what the rows of a lumped step leave open
+  struct Crossing {
+    double first = 2;            // fraction of the step that may stand; above 1: all of it
+    bool listed = false;         // pairs met are new in `ahead_`: the step is to be solved again with their rows
+  };
+  Crossing crossing();           // of pairs whose rows a lumped step left open
+  void look_ahead();
 
   const dda::Model& model_;
   dda::State& state_;
@@ -165,6 +171,7 @@ class IslandStepper {
   std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
+  std::vector<double> ahead_;             // per pair: it was met by a solution of this step, whose bodies moved so far: its touches are rows [m]; 0: not
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
   struct Seen { int block; Vec3 c; Quat q; };
   std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen

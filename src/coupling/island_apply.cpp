@@ -406,8 +406,8 @@ double IslandStepper::project(double h) {
   keep_late_overlaps();
   double deepest = deepest_touch();
   if (deepest <= tolerance) return deepest;
-  std::vector<char> moved(bodies_.size());
-  std::vector<Pose> before;
+  std::vector<double> carried(island_->pairs.size(), 0.0);
+  std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
   for (int pass = 0; pass < 24 && deepest > tolerance; ++pass) {
     ++report_.counters.projections;
@@ -430,20 +430,20 @@ double IslandStepper::project(double h) {
     std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);
     contact::SolveSettings settings;
     settings.velocity_scale = deepest;
-    settings.tolerance = 1e-3;
+    settings.tolerance = std::clamp(0.2 * tolerance / deepest, 1e-3, 0.2);   // the rows are no closer to the blocks' own gaps
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;
     if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
-    std::fill(moved.begin(), moved.end(), 0);
+    last.clear();
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
+      last.push_back(b.start);
       const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
       if (d.isZero(0)) continue;
       const auto k = static_cast<std::size_t>(b.block);
       const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
-      moved[i] = 1;
       const double turning = internal_energy(b.block);
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
@@ -454,7 +454,7 @@ double IslandStepper::project(double h) {
       }
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
-    find_moved(moved);
+    find_moved(last, carried);
     deepest = deepest_touch();
   }
   carry_at_structures(before);

@@ -65,18 +65,19 @@ double IslandStepper::path(const CandidatePair& pair) const {
   return moved.norm() + bulge.norm() / 4 + turned;
 }
 
-double IslandStepper::crossing() const {
+IslandStepper::Crossing IslandStepper::crossing() {
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
   // with rows may not move by more than a part of the thinner body's thickness unseen.
-  double first = 2;
+  Crossing out;
   std::size_t t = 0;   // touches follow the order of the pairs
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const CandidatePair& pair = island_->pairs[i];
     const auto kb = static_cast<std::size_t>(pair.b);
     double apart = std::numeric_limits<double>::infinity();
-    bool listed = flush_pair_[i] != 0, any = false;
+    bool listed = flush_pair_[i] != 0, any = false, open = false;
     for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
       any = true;
+      open = open || touches_[t].row < 0;
       listed = listed || touches_[t].row >= 0;
       apart = std::min(apart, touches_[t].at.gap);
     }
@@ -101,9 +102,36 @@ double IslandStepper::crossing() const {
       s = time_of_impact(pair, 1e-3 * thickness, true);
       if (s >= 0.9) continue;   // rows end where they touch: that is no crossing
     }
-    first = std::min(first, s);
+    if (ahead_[i] == 0 && (open || !any) && !moving_skin(pair.a)) {
+      ahead_[i] = way;
+      out.listed = true;
+    } else {
+      out.first = std::min(out.first, s);
+    }
   }
-  return first;
+  return out;
+}
+
+/// The touches of pairs ahead that lay beyond the reach of the step, at its start. All others keep the impulses of the last solution.
+void IslandStepper::look_ahead() {
+  bool any = false;
+  for (std::size_t i = 0; i < ahead_.size(); ++i) {
+    if (ahead_[i] == 0 || !touches_of_[i].empty()) continue;
+    margins_[i] = std::max(margins_[i], ahead_[i]);
+    find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, touches_of_[i]);
+    any = any || !touches_of_[i].empty();
+  }
+  if (!any) return;
+  const std::vector<Touch> before = touches_;
+  gather_touches();
+  std::size_t k = 0;
+  for (Touch& t : touches_) {   // the order of the pairs, and of the touches within one, is the same
+    std::size_t same = k;
+    while (same < before.size() && !(before[same].a == t.a && before[same].b == t.b && before[same].at.key == t.at.key)) ++same;
+    if (same == before.size()) continue;
+    t.warm = before[same].warm;
+    k = same + 1;
+  }
 }
 
 bool IslandStepper::locate_event(double& h, int passes) {

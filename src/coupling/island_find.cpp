@@ -28,18 +28,50 @@ void IslandStepper::find(double h, bool at_start) {
   gather_touches();
 }
 
-/// The touches again after a projection moved blocks: searched again between blocks and with what is fixed.
-void IslandStepper::find_moved(const std::vector<char>& moved) {
+/// The touches again after a projection moved blocks from their last poses, between blocks and with what is fixed: searched again, or where so
+/// little was moved since (`carried`, per pair [m]) that its square is below what is projected to, carried along.
+void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double>& carried) {
+  std::vector<double> way(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Pose now = dda::pose(state_, bodies_[i].block);
+    way[i] = (now.c - last[i].c).norm() + model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm();
+  }
+  const auto way_of = [&](int block) {
+    const int l = local_[static_cast<std::size_t>(block)];
+    return l >= 0 ? way[static_cast<std::size_t>(l)] : 0.0;
+  };
   for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
     const CandidatePair& pair = island_->pairs[i];
-    const auto has_moved = [&](int block) {
-      const int l = local_[static_cast<std::size_t>(block)];
-      return l >= 0 && moved[static_cast<std::size_t>(l)] != 0;
-    };
     if (moving_skin(pair.a)) continue;
-    if (has_moved(pair.b) || (pair.a.kind == Partner::Kind::block && has_moved(pair.a.index))) look(i);
+    const double moved = way_of(pair.b) + (pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : 0.0);
+    if (moved == 0) continue;
+    carried[i] += moved;
+    if (carried[i] > 1e-5 * length_) {
+      look(i);
+      carried[i] = 0;
+    } else {
+      margins_[i] -= moved;
+      carry_pair(i, last);
+    }
   }
   gather_touches();
+}
+
+/// Points and gaps of a pair's touches go along with its blocks.
+void IslandStepper::carry_pair(std::size_t pair, const std::vector<Pose>& last) {
+  const auto way = [&](int block, const Vec3& x) -> Vec3 {
+    const int l = local_[static_cast<std::size_t>(block)];
+    if (l < 0) return Vec3::Zero();
+    const Pose now = dda::pose(state_, block);
+    const Pose& from = last[static_cast<std::size_t>(l)];
+    return now.c + now.F * (from.F.inverse() * (x - from.c)) - x;
+  };
+  for (Touch& t : touches_of_[pair]) {
+    const Vec3 of_b = way(t.b, t.at.point_b), of_a = t.a.kind == Partner::Kind::block ? way(t.a.index, t.at.point_a) : Vec3(Vec3::Zero());
+    t.at.point_b += of_b;
+    t.at.point_a += of_a;
+    t.at.gap += t.at.normal.dot(of_b - of_a);
+  }
 }
 
 /// Touches of moved blocks at structures: what a projection moves is far below the reach, so points and gaps go along with the block; only

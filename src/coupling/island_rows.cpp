@@ -274,9 +274,11 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   nodes_.clear();
   held_.clear();
   const double touch_gap = 1e-7 * length_;
+  std::size_t pair = 0;   // touches follow the order of the pairs
   for (Touch& t : touches_) {
     t.row = -1;
     if (first_pass) {
+      while (pair < ahead_.size() && !(island_->pairs[pair].a == t.a && island_->pairs[pair].b == t.b)) ++pair;
       t.mode = Mode::idle;
       const bool at_structure = deformable_structure(t);
       if (t.stiffness > 0) {
@@ -293,8 +295,8 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
-      } else if (lumped && t.at.gap + h * t.approach - h * h * model_.gravity.norm() < 5e-3 * length_) {
-        t.mode = Mode::end;   // others cannot close within the step, or are caught by the projection
+      } else if (lumped && ((pair < ahead_.size() && ahead_[pair] > 0) || t.at.gap + h * t.approach - h * h * model_.gravity.norm() < 5e-3 * length_)) {
+        t.mode = Mode::end;   // others cannot close within the step, are met by its solution, or are caught by the projection
       }
     }
     if (t.mode == Mode::idle) continue;
