@@ -6,7 +6,7 @@
 namespace talus::contact {
 
 double NormalLaw::force(double x) const {
-  if (law->kind == ContactLaw::Kind::linear) return stiffness * x;
+  if (law->kind == ContactLaw::Kind::linear) return (stiffness + growth * (x > 0 ? x * x : 0.0)) * x;
   if (x <= 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: break;
@@ -23,7 +23,7 @@ double NormalLaw::force(double x) const {
 }
 
 double NormalLaw::slope(double x) const {
-  if (law->kind == ContactLaw::Kind::linear) return stiffness;
+  if (law->kind == ContactLaw::Kind::linear) return stiffness + 3 * growth * (x > 0 ? x * x : 0.0);
   if (x < 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: break;
@@ -42,7 +42,7 @@ double NormalLaw::slope(double x) const {
 double NormalLaw::work(double x) const {
   if (x <= 0) return 0;
   switch (law->kind) {
-    case ContactLaw::Kind::linear: return 0.5 * stiffness * x * x;
+    case ContactLaw::Kind::linear: return (0.5 * stiffness + 0.25 * growth * x * x) * x * x;
     case ContactLaw::Kind::hertz: return 0.4 * stiffness * x * x * std::sqrt(x);
     case ContactLaw::Kind::crushing: {
       const double yield = crushed + limit / stiffness;
@@ -73,10 +73,16 @@ double NormalLaw::crushed_after(double x) const {
   return law->kind == ContactLaw::Kind::crushing ? std::max(crushed, x - limit / stiffness) : 0.0;
 }
 
+double NormalLaw::depth_of(double energy) const {
+  // k x^2 / 2 + g x^4 / 4 = W
+  return std::sqrt(4 * energy / (stiffness + std::sqrt(stiffness * stiffness + 4 * growth * energy)));
+}
+
 double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
   if (law->kind == ContactLaw::Kind::linear) {
-    derivative = 0.5 * stiffness;
-    return 0.5 * stiffness * (x0 + x1);
+    const double a = std::max(x0, 0.0), b = std::max(x1, 0.0), squares = growth * (a * a + b * b);
+    derivative = 0.5 * stiffness + 0.25 * (squares + 2 * growth * b * (a + b));
+    return 0.5 * stiffness * (x0 + x1) + 0.25 * squares * (a + b);
   }
   return secant(x0, x1, derivative);
 }

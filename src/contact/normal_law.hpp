@@ -1,6 +1,7 @@
 /// Normal force of a sprung contact over its indentation x (x <= 0: no force).
 ///
 ///   linear     F = k x (below 0 as well: a row cuts it, p >= 0)         k of the contact point                      [N/m]
+///              F = k x + g x^3 at a corner whose area grows as it sinks  g: [N/m^3], nil elsewhere
 ///   hertz      F = k x^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
 ///   crushing   F = min(k (x - y), p A)                                  y: crushed for good, p: pressure, A: area
 ///   table      F linear between the points, the last slope beyond them
@@ -15,6 +16,7 @@ namespace talus::contact {
 struct NormalLaw {
   const ContactLaw* law = nullptr;
   double stiffness = 0;   // k: [N/m], hertz [N/m^1.5]
+  double growth = 0;      // linear: g [N/m^3]
   double limit = 0;       // crushing: p A [N]
   double crushed = 0;     // crushing: y [m]
 
@@ -23,6 +25,7 @@ struct NormalLaw {
   double work(double x) const;    // [J]; while crushing it holds what is crushed as well
   double stored(double x) const;  // part of it that comes back [J]
   double crushed_after(double x) const;   // y once x was reached [m]
+  double depth_of(double energy) const;   // linear: x at which it stores that [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
   double mean_force(double x0, double x1, double& derivative) const;
   /// The same with no force below 0 for the linear law too: the work of a contact that opens or closes within the step is its own.

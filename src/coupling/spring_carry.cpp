@@ -22,7 +22,7 @@ struct Spring {
 double scale_to(const std::vector<Spring*>& springs, double energy, double now) {
   if (!(energy > 0) || !(now > 0)) return 0;
   const ContactLaw::Kind kind = springs.front()->touch->law->kind;
-  const bool power = std::all_of(springs.begin(), springs.end(), [&](const Spring* p) { return p->touch->law->kind == kind; }) &&
+  const bool power = std::all_of(springs.begin(), springs.end(), [&](const Spring* p) { return p->touch->law->kind == kind && p->touch->normal_law.growth == 0; }) &&
                      (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
   if (power) return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
   double low = 0, high = most_growth;

@@ -238,7 +238,7 @@ void share_dashpots(const dda::Model& m, const CandidatePair& pair, bool lasts, 
 }
 
 /// Springs and law of a contact point. `crushed`: indentation lost for good in earlier steps [m].
-void set_spring(Touch& t, const dda::Model& m, double crushed) {
+void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin) {
   const ContactLaw& law = *t.law;
   const bool curved = law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table;
   if (law.stiffness == ContactLaw::Stiffness::hard && !curved) return;
@@ -253,8 +253,17 @@ void set_spring(Touch& t, const dda::Model& m, double crushed) {
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;
   switch (law.kind) {
-    case ContactLaw::Kind::linear:
     case ContactLaw::Kind::crushing: t.stiffness = t.normal_law.stiffness; break;
+    case ContactLaw::Kind::linear:
+      t.stiffness = t.normal_law.stiffness;
+      if (law.stiffness == ContactLaw::Stiffness::per_area && t.at.area == 0 && !moving_skin) {
+        // A corner's area grows with the square of its depth, as a right-angled corner's cut does. The deepest that this approach and the weight reach:
+        t.normal_law.growth = law.normal_stiffness;
+        const double now = std::max(0.0, -t.at.gap), energy = t.normal_law.work(now) + 0.5 * mass * t.approach * t.approach;
+        const double rest = std::min(mass * m.gravity.norm() / t.stiffness, std::cbrt(mass * m.gravity.norm() / t.normal_law.growth));
+        t.stiffness = t.normal_law.slope(std::max(rest, t.normal_law.depth_of(energy)));
+      }
+      break;
     case ContactLaw::Kind::hertz: {
       // The deepest that this approach and the weight reach: 2/5 k x^(5/2) = m v^2 / 2, k x^(3/2) = m g.
       const double k = t.normal_law.stiffness;
@@ -267,6 +276,17 @@ void set_spring(Touch& t, const dda::Model& m, double crushed) {
         t.stiffness = std::max(t.stiffness, t.normal_law.slope(0.5 * (law.table[i - 1].first + law.table[i].first)));
       break;
   }
+}
+
+/// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner): the softer one would hold its energy only
+/// at an indentation that nothing has made.
+void keep_stiffness(Touch& t, const ContactMemory& last) {
+  if (t.law->stiffness != ContactLaw::Stiffness::per_area || t.stiffness == 0 || !(last.normal_energy > 0) || last.stiffness <= t.normal_law.stiffness) return;
+  const double grown = last.stiffness / t.normal_law.stiffness;
+  t.normal_law.stiffness = t.stiffness = last.stiffness;
+  t.normal_law.growth = 0;
+  t.normal_law.limit *= grown;
+  t.shear_stiffness *= grown;
 }
 
 /// Takes a compliance that the touched cell has of its own off a linear spring, at most half of the spring's.
@@ -333,7 +353,8 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
-    set_spring(t, m, last != nullptr ? last->crushed : 0.0);
+    set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
+    if (last != nullptr && !at_skin) keep_stiffness(t, *last);
     if (pair.a.kind == Partner::Kind::structure && t.law->kind == ContactLaw::Kind::linear && t.stiffness > 0 && p.area == 0)
       relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
     out.push_back(t);
