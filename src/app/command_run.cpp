@@ -239,7 +239,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   outcome.counters = result.counters;
   outcome.audit = result.audit;
   outcome.audit_made = result.audit_made;
-  recorder->finish(outcome, ended ? &final_state : nullptr);
+  const std::string summary = recorder->finish(outcome, ended ? &final_state : nullptr);
   const sim::RunCounters& n = result.counters;
   recorder->log().info("end", {{"status", result.status}, {"message", result.message}, {"t", simulation.time()}, {"steps", n.steps}, {"rejected", n.rejected},
                                {"structure_steps", n.structure_steps}, {"condensed_steps", n.condensed_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
@@ -250,6 +250,10 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     fs::remove(directory / checkpoint_name, ignored);
   }
   print_result(result, directory, simulation.time());
+  for (const std::string& text : io::summary_warnings(summary)) {
+    recorder->log().warning("summary", {{"text", text}});
+    fmt::print(stderr, "warning: {}\n", text);
+  }
   if (const std::vector<std::string> gone = simulation.departed(); !gone.empty()) {
     const std::string text = fmt::format("{} of the blocks fell past all that could hold them and left the model ({}{}); a larger terrain, or site.widen, would show where they stop.", gone.size(),
                                          fmt::join(gone.begin(), gone.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(gone.size(), 5)), ", "), gone.size() > 5 ? ", ..." : "");

@@ -80,6 +80,7 @@ struct ContactMemory {
   double indentation = 0;       // of the normal spring, where the next step starts from [m]
   double offset = 0;            // gap that it acts on less the geometric one [m]
   double stiffness = 0;         // of the spring [N/m]
+  double growth = 0;            // of its area as it sinks, NormalLaw::growth [N/m^3]
   Vec3 place = Vec3::Zero();    // where, world [m]
   Vec3 normal = Vec3::Zero();   // out of the partner
   bool broken = false;          // cohesion and tension lost

@@ -142,6 +142,12 @@ bool IslandStepper::solve(double h, Effort effort) {
   // what that end is off; those of a provisional pass need not be solved closer.
   if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
   else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
+  // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
+  double largest = 0;
+  for (const contact::ProblemContact& c : problem_.contacts) largest = std::max(largest, c.bias.cwiseAbs().maxCoeff());
+  const double round_off = std::numeric_limits<double>::epsilon() * largest / settings.velocity_scale;
+  settings.tolerance = std::max(settings.tolerance, 16 * round_off);
+  settings.sufficient = std::max(settings.sufficient, 4096 * round_off);
   Counters& n = report_.counters;
   const auto attempt = [&] {
     const contact::SolveReport r = solver_.solve(problem_, settings);

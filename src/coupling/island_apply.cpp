@@ -307,6 +307,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
+    memory.growth = t.normal_law.growth;
   }
   if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
 }

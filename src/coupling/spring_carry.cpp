@@ -9,6 +9,8 @@ namespace {
 
 constexpr double most_growth = 4;      // of an indentation where springs grow softer
 constexpr double alike = 0.95;         // cosine between normals of features that may stand for each other
+constexpr double near_enough = 0.5;    // the same, of those that may take over what others held
+constexpr double most_stiffening = 100;
 constexpr double round_off = 1e-13;
 
 struct Spring {
@@ -43,6 +45,26 @@ const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list
     if (d < least && m->normal.dot(t.at.normal) > alike) nearest = m, least = d;
   }
   return nearest;
+}
+
+/// What vanished without a successor that could hold its energy leaves it to the loaded springs that press much the same way: these grow stiffer,
+/// until they open.
+void stiffen(const std::vector<Spring>& springs, const std::vector<const ContactMemory*>& lost, double energy) {
+  const auto heir = [&](const Spring& p) {
+    const ContactLaw::Kind kind = p.touch->law->kind;
+    if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
+    return p.depth > 0 && std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) { return m->normal_energy > 0 && m->normal.dot(p.touch->at.normal) > near_enough; });
+  };
+  double held = 0;
+  for (const Spring& p : springs) held += heir(p) ? p.stored() : 0.0;
+  const double by = 1 + energy / held;
+  if (!(by <= most_stiffening)) return;
+  for (const Spring& p : springs) {
+    if (!heir(p)) continue;
+    p.touch->normal_law.stiffness *= by;
+    p.touch->normal_law.growth *= by;
+    p.touch->stiffness *= by;
+  }
 }
 
 /// Shear: an elongation that goes on, turned into the new plane of contact, within the energy there was.
@@ -96,6 +118,8 @@ void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memo
     changed.push_back(&p);
   }
   const double s = scale_to(changed, budget, need);
+  double left = budget;
+  for (Spring* p : changed) left -= p->touch->normal_law.stored(s * std::max(0.0, p->depth));
   for (Spring* p : changed)
     if (p->depth > 0) p->depth *= s;
     else p->depth = std::min(0.0, -p->touch->at.gap);
@@ -104,6 +128,7 @@ void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memo
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
   }
+  if (left > 1e-9 * budget) stiffen(springs, lost, left);
   carry_shear(springs, all);
   for (const Spring& p : springs) p.touch->stored = p.stored() + 0.5 * p.touch->shear_stiffness * p.touch->shear.squaredNorm();
 }

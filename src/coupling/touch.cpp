@@ -278,15 +278,17 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
   }
 }
 
-/// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner): the softer one would hold its energy only
-/// at an indentation that nothing has made.
+/// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner) or where it took over what others held: a softer
+/// one would hold its energy only at an indentation that nothing has made.
 void keep_stiffness(Touch& t, const ContactMemory& last) {
-  if (t.law->stiffness != ContactLaw::Stiffness::per_area || t.stiffness == 0 || !(last.normal_energy > 0) || last.stiffness <= t.normal_law.stiffness) return;
+  if (t.stiffness == 0 || !(last.normal_energy > 0) || last.stiffness <= t.normal_law.stiffness * (1 + 1e-12)) return;
   const double grown = last.stiffness / t.normal_law.stiffness;
-  t.normal_law.stiffness = t.stiffness = last.stiffness;
-  t.normal_law.growth = 0;
+  t.normal_law.stiffness = last.stiffness;
+  t.normal_law.growth = last.growth;
   t.normal_law.limit *= grown;
-  t.shear_stiffness *= grown;
+  t.stiffness = std::max(t.stiffness, last.stiffness + 3 * last.growth * last.indentation * last.indentation);
+  if (t.law->kind == ContactLaw::Kind::hertz) t.stiffness *= grown;
+  if (t.law->stiffness == ContactLaw::Stiffness::per_area && last.growth == 0) t.shear_stiffness *= grown;
 }
 
 /// Takes a compliance that the touched cell has of its own off a linear spring, at most half of the spring's.

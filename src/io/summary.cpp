@@ -106,10 +106,31 @@ void SummaryBuilder::add(const HistoryRow& row) {
     }
   }
   if (!any_) first_ = row.ledger;
+  if (const double step = std::abs(row.ledger.algorithmic - last_.algorithmic); any_ && step > algorithmic_step_) {
+    algorithmic_step_ = step;
+    algorithmic_from_ = ledger_time_;
+    algorithmic_to_ = row.time;
+  }
+  ledger_time_ = row.time;
   any_ = true;
   last_ = row.ledger;
   kinetic_peak_ = std::max(kinetic_peak_, row.ledger.kinetic);
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_)) residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
+}
+
+std::vector<std::string> SummaryBuilder::warnings() const {
+  constexpr double allowed = 0.01;   // of the largest kinetic energy
+  constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
+  double mass = 0;
+  for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
+  if (std::abs(last_.algorithmic) <= allowed * kinetic_peak_ || kinetic_peak_ <= least * mass) return {};
+  return {fmt::format("the scheme itself {} {:.3g} J, {:.2g} % of the largest kinetic energy ({:.3g} J), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
+                      "not resolve (energy.algorithmic). Set a lower simulation.accuracy; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
+                      last_.algorithmic > 0 ? "took" : "made", std::abs(last_.algorithmic), 100 * std::abs(last_.algorithmic) / kinetic_peak_, kinetic_peak_, algorithmic_from_, algorithmic_to_)};
+}
+
+std::vector<std::string> summary_warnings(const std::string& summary_json) {
+  return json::parse(summary_json).at("warnings").get<std::vector<std::string>>();
 }
 
 void SummaryBuilder::close_step(Open& open) {
@@ -341,11 +362,14 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
                  {"damping_work", last_.damping_work},
                  {"damage_work", last_.damage_work},
                  {"algorithmic", last_.algorithmic},
+                 {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.algorithmic) / scale : 0.0},
                  {"external_work", last_.external_work},
                  {"residual_end", last_.residual},
                  {"residual_worst", residual_worst_},
                  {"residual_worst_time", residual_worst_time_},
                  {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0}};
+
+  j["warnings"] = warnings();
 
   if (outcome != nullptr) {
     const sim::RunCounters& c = outcome->counters;

@@ -70,6 +70,7 @@ class SummaryBuilder {
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
+  std::vector<std::string> warnings() const;
   void close_step(Open& open);
   void close_step(StructureTrack& s);
 
@@ -80,7 +81,11 @@ class SummaryBuilder {
   std::vector<std::vector<Open>> open_of_;
   sim::LedgerRow first_, last_;
   bool any_ = false;
+  double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0, ledger_time_ = 0;   // between which rows the scheme made or took most [J], [s]
   double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };
+
+/// What a summary.json warns of, a sentence each.
+std::vector<std::string> summary_warnings(const std::string& summary_json);
 
 }  // namespace talus::io

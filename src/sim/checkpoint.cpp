@@ -120,7 +120,7 @@ Checkpoint Simulation::save() const {
       keys.push_back(static_cast<std::int64_t>(m.partner));
       keys.push_back(static_cast<std::int64_t>(m.feature));
       keys.push_back(m.broken ? 1 : 0);
-      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.place); memory(m.normal);
+      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
     }
   }
   Writer surfaces(c.numbers["surface_contacts"]);
@@ -129,7 +129,7 @@ Checkpoint Simulation::save() const {
     surface_keys.push_back(static_cast<std::int64_t>(list.size()));
     for (const coupling::ContactMemory& m : list) {
       surface_keys.insert(surface_keys.end(), {static_cast<std::int64_t>(m.partner), static_cast<std::int64_t>(m.feature), m.broken ? 1 : 0});
-      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.place); surfaces(m.normal);
+      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.growth); surfaces(m.place); surfaces(m.normal);
     }
   }
   Writer general(c.numbers["general"]);
@@ -221,7 +221,7 @@ void Simulation::restore(const Checkpoint& c) {
       m.partner = static_cast<std::uint64_t>(keys.next());
       m.feature = static_cast<std::uint64_t>(keys.next());
       m.broken = keys.next() != 0;
-      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.place); memory(m.normal);
+      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
     }
   }
   Reader surfaces(numbers("surface_contacts"));
@@ -232,7 +232,7 @@ void Simulation::restore(const Checkpoint& c) {
       m.partner = static_cast<std::uint64_t>(surface_keys.next());
       m.feature = static_cast<std::uint64_t>(surface_keys.next());
       m.broken = surface_keys.next() != 0;
-      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.place); surfaces(m.normal);
+      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.growth); surfaces(m.place); surfaces(m.normal);
     }
   }
   Reader general(numbers("general"));

@@ -74,5 +74,51 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SpringSwaps,
                                          Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05}, Swap{"EdgeFirst", "", 0.6, edge_first, 0.05}),
                          [](const auto& info) { return std::string(info.param.name); });
 
+// Soft springs without friction or damping give back what a drop puts into them, whatever comes down first.
+std::string drop_shape(int shape) {
+  const auto hull = [](int points, const auto& at) {
+    std::string list;
+    for (int i = 0; i < points; ++i) list += (i > 0 ? ", " : "") + verify::vector(at(i));
+    return "shape = \"convex\"\nvertices = [" + list + "]\n";
+  };
+  switch (shape) {
+    case 0: return "shape = \"box\"\nsize = [1.0, 1.0, 1.0]\n";
+    case 1: return "shape = \"box\"\nsize = [1.5, 1.0, 0.4]\n";
+    case 2: return "shape = \"icosahedron\"\nvolume = 1.0\n";
+    case 3: return "shape = \"tetrahedron\"\nvolume = 1.0\n";
+    case 4: return hull(12, [](int i) { return Vec3(0.6 * std::cos(M_PI * i / 3), 0.6 * std::sin(M_PI * i / 3), i < 6 ? -0.6 : 0.6); });
+    default:   // near to a ball
+      return hull(60, [](int i) {
+        const double z = 1 - (2 * i + 1) / 60.0, a = i * M_PI * (3 - std::sqrt(5.0)), r = std::sqrt(1 - z * z);
+        return Vec3(0.6 * r * std::cos(a), 0.6 * r * std::sin(a), 0.6 * z);
+      });
+  }
+}
+
+class SoftDrops : public testing::TestWithParam<const char*> {};
+
+TEST_P(SoftDrops, GiveTheirEnergyBack) {
+  const Vec3 turns[] = {Vec3(0, 0, 0), Vec3(0.7, 0.4, -0.2), Vec3(-1.1, 0.9, 0.3), Vec3(0.3, -2.1, 1.2), Vec3(M_PI / 4, 0, 0)};
+  const std::string ground = "[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\nmaterial = \"ground\"\n";
+  for (int shape = 0; shape < 6; ++shape)
+    for (const Vec3& turn : turns) {
+      SceneText text(verify::Method::by_accuracy(1e-3), 0.9);
+      text.history(0.01).material("rock", 2600).material("ground", 2600).interface("*", "*", 0, GetParam());
+      text.raw(ground + "[[block]]\nname = \"B\"\nmaterial = \"rock\"\n" + drop_shape(shape) + "position = [0.0, 0.0, 1.4]\n" + verify::velocity(Vec3(0.5, 0, -5)) + verify::turned(turn));
+      const verify::Outcome o = verify::run_scene(text.str());
+      ASSERT_TRUE(o.ok()) << o.result.message;
+      double in_motion = 0, lost = 0;
+      for (const sim::HistoryRow& r : o.rows) {
+        in_motion = std::max(in_motion, r.ledger.kinetic);
+        lost = std::max(lost, std::abs(r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact - o.rows.front().ledger.kinetic - o.rows.front().ledger.potential));
+      }
+      EXPECT_LE(lost, 2e-3 * in_motion) << "shape " << shape << " turned by " << turn.transpose();
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Stiffness, SoftDrops,
+                         testing::Values("normal_stiffness = \"1e6 Pa/m\"", "normal_stiffness = \"1e7 Pa/m\"", "normal_stiffness = \"1e8 Pa/m\"", "normal_stiffness = \"1e9 Pa/m\"",
+                                         "normal_stiffness = \"1e6 N/m\"", "normal_stiffness = \"1e8 N/m\""));
+
 }  // namespace
 }  // namespace talus::stress

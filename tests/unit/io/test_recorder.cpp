@@ -159,6 +159,26 @@ TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
   EXPECT_EQ(j["structures"][0]["name"], "P2");
 }
 
+TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
+  sim::RunHeader header = small().header();
+  const auto warnings = [&](double algorithmic) {
+    io::SummaryBuilder builder(header);
+    for (int i = 0; i <= 4; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = i > 2 ? algorithmic : 0;
+      builder.add(row);
+    }
+    return io::summary_warnings(builder.text(nullptr));
+  };
+  EXPECT_TRUE(warnings(9.9e3).empty());
+  EXPECT_TRUE(warnings(-9.9e3).empty());
+  ASSERT_EQ(warnings(2.5e4).size(), 1u);
+  EXPECT_NE(warnings(2.5e4)[0].find("took 2.5e+04 J, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
+  EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
+  EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
+}
+
 TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
   using json = nlohmann::json;
   const Scratch scratch;
