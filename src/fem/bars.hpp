@@ -38,6 +38,7 @@ class Bars {
   bool slips() const { return slip_ != nullptr; }
   std::size_t segments() const { return bars_.segments().size(); }
   std::size_t count() const { return bars_.bars().size(); }
+  int host(std::size_t segment) const { return bars_.segments()[segment].cell; }
   double steel_volume() const;
   /// Axial stiffness of every segment, unstrained, between the nodes of its host.
   std::vector<Spring> springs() const;

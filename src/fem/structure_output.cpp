@@ -286,13 +286,7 @@ Structure::Snapshot FemStructure::snapshot() const {
     if (!live_[cell]) continue;
     const auto& hex = mesh_.hexes[cell];
     s.hexes.push_back(hex);
-    // Stress at the centre, where it is most accurate.
-    const Mat3 inverse_t = jacobian(mesh_, static_cast<int>(cell), Vec3::Zero()).inverse().transpose();
-    const std::array<Vec3, 8> g = shape_gradients(Vec3::Zero());
-    Mat3 h = Mat3::Zero();
-    for (int a = 0; a < 8; ++a) h += Vec3(u_[4 * hex[a]], u_[4 * hex[a] + 1], u_[4 * hex[a] + 2]) * (inverse_t * g[a]).transpose();
-    Mat3 strain = 0.5 * (h + h.transpose());
-    if (finite_) strain += 0.5 * h.transpose() * h;
+    const Mat3 strain = strain_at_centre(static_cast<int>(cell));   // where it is most accurate
     const int c = static_cast<int>(cell);
     const double tension = cracks ? cracks->tension(c) : 0, compression = cracks ? cracks->compression(c) : 0;
     // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.

@@ -82,6 +82,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
+  if (damage_) warn_of_cracks();
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
   divide();
