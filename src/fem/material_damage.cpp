@@ -85,6 +85,7 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   needs.require(p.elastic_limit > 0 && p.elastic_limit <= 0.6, "material.elastic_limit", p.elastic_limit, "must be in (0, 0.6]", "0.2 follows the Model Code curve within 5 %");
   needs.require(p.cap > 0.9 && p.cap < 1, "material.damage_cap", p.cap, "must be in (0.9, 1)", "1 - 1e-5 keeps G_F");
   needs.require(p.rate_cap_compression >= 1, "material.rate_cap_compression", p.rate_cap_compression, "must be at least 1", "1.25");
+  needs.require(p.aggregate >= 0 && p.aggregate < 0.2, "material.aggregate", p.aggregate, "must be in [0, 0.2) m", "0.016");
   needs.done();
 
   young_ = c.young;
@@ -93,6 +94,9 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   f_c_ = c.f_cm;
   f_c0_ = p.elastic_limit * f_c_;
   stress_peak_ = young_ * c.eps_c1;
+  shear_ = young_ / (2 * (1 + poisson_));
+  interlock_ = p.aggregate > 0 ? 0.18e6 * std::sqrt(f_c_ / 1e6) / 0.31 : 0.0;
+  widen_ = 24 / 0.31 / (p.aggregate + 0.016);
   const double root2 = std::sqrt(2.0);
   k_oct_ = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
   tau_scale_ = 3 / (root2 - k_oct_);
@@ -114,9 +118,14 @@ double ConcreteDamage::crack_opening(double f_t, double b_t, double d_t, double 
   return crack_length(f_t, b_t) * d_t * std::max(0.0, largest_strain);
 }
 
+namespace {
+constexpr double mobilised = 0.5;   // slip over crack width at which the faces give all they can (0.3 to 0.75 by Walraven's linear relation)
+}
+
 template <class R>
 struct ConcreteDamage::Lanes {
   R r_t, f_t, b_t, d_t, r_c, dif_c, b_c, d_c;
+  R normal[3], slip[3];
 };
 
 template <class R>
@@ -136,7 +145,8 @@ inline R ConcreteDamage::damage_compression(R r, R dif, R b_c) const {
 void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const {
   const double g_f = p_.concrete.fracture_energy;
   const double limit = largest_cell();
-  const double l = std::min(cell.extent(principal_direction(stress, largest)), 0.98 * limit);
+  const std::array<double, 3> normal = principal_direction(stress, largest);
+  const double l = std::min(cell.extent(normal), 0.98 * limit);
   double factor = 1;
   if (rate && p_.rate_effect) {
     const double without_snapback = std::sqrt(std::max(1.0, 0.9 * limit / l));
@@ -147,6 +157,7 @@ void ConcreteDamage::start_tension(const Sym& stress, double tau, double largest
   s.f_t = f;
   s.b_t = 1 / (young_ * (g_f / (l * f) - f / (2 * young_)));
   s.r_t = f;
+  s.normal = normal;
 }
 
 void ConcreteDamage::start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const {
@@ -188,6 +199,62 @@ inline R twice_energy(const R (&strain)[6], const R (&effective)[6], const Value
 }
 }  // namespace
 
+namespace {
+/// The part of a symmetric tensor's product with n that lies in the plane normal to n; `normal_part` the rest.
+template <class R>
+inline void in_plane(const R (&s)[6], const R (&n)[3], double shear, R (&t)[3], R& normal_part) {
+  t[0] = s[0] * n[0] + shear * (s[5] * n[1] + s[4] * n[2]);
+  t[1] = s[1] * n[1] + shear * (s[5] * n[0] + s[3] * n[2]);
+  t[2] = s[2] * n[2] + shear * (s[4] * n[0] + s[3] * n[1]);
+  normal_part = t[0] * n[0] + t[1] * n[1] + t[2] * n[2];
+  for (int i = 0; i < 3; ++i) t[i] = t[i] - normal_part * n[i];
+}
+template <class R>
+inline R dot(const R (&a)[3], const R (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+}  // namespace
+
+template <class R>
+inline void ConcreteDamage::interlock(const R (&strain)[6], Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+  const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
+  const auto cracked = s.d_t > 0.0;
+  R pull[3], opening, law[3], across;
+  in_plane(strain, s.normal, 0.5, pull, opening);
+  in_plane(stress, s.normal, 1.0, law, across);
+  const R f_t = select(cracked, s.f_t, one), b_t = select(cracked, s.b_t, one);
+  const R band = p_.concrete.fracture_energy / (f_t * (1.0 / (young_ * b_t) + f_t * (0.5 / young_)));
+  const R width = band * s.d_t * maximum(opening, zero);
+  const R limit = select(cracked, s.d_t * interlock_ / (1.0 + widen_ * width), zero);
+  // The uncracked part and the faces, one after the other.
+  const R whole = shear_ * s.d_t, hold = select(cracked, limit * band, one);
+  const R stiffness = whole * hold / (hold + mobilised * width * whole);
+  R held[3];
+  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - s.slip[i];
+  const R length = square_root(dot(held, held)), trial = stiffness * length;
+  const auto slides = trial > limit;
+  const R keep = select(slides, limit / select(slides, trial, one), one);
+  const R tau = minimum(trial, limit);
+  R work = zero;
+  for (int i = 0; i < 3; ++i) {
+    const R moved = select(cracked, (1.0 - keep) * held[i], zero);
+    s.slip[i] = s.slip[i] + moved;
+  }
+  work = tau * (1.0 - keep) * length;
+  // Only what the damage law leaves open of it.
+  const auto shears = tau > 1e-3;   // [Pa]
+  const R scale = select(shears, 1.0 / select(shears, length, one), zero);
+  R t[3];
+  for (int i = 0; i < 3; ++i) t[i] = held[i] * scale;
+  const R add = maximum(tau - maximum(dot(law, t), zero), zero);
+  const R share = select(shears, add / select(shears, tau, one), zero);
+  const R (&n)[3] = s.normal;
+  for (int i = 0; i < 3; ++i) stress[i] = stress[i] + 2.0 * add * n[i] * t[i];
+  stress[3] = stress[3] + add * (n[1] * t[2] + n[2] * t[1]);
+  stress[4] = stress[4] + add * (n[0] * t[2] + n[2] * t[0]);
+  stress[5] = stress[5] + add * (n[0] * t[1] + n[1] * t[0]);
+  energy = energy + 0.5 * add * keep * length;
+  dissipation = dissipation + share * work;
+}
+
 template <class R, class Rate>
 inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
                                                                   R (&stress)[6], R& energy, R& dissipation) const {
@@ -216,6 +283,7 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
         set_lane(s.r_t, i, one.r_t);
         set_lane(s.f_t, i, one.f_t);
         set_lane(s.b_t, i, one.b_t);
+        for (int k = 0; k < 3; ++k) set_lane(s.normal[k], i, one.normal[static_cast<std::size_t>(k)]);
       }
       if (lane(s.r_c, i) == 0 && lane(tau_c, i) > f_c0_) {
         start_compression(here, lane(tau_c, i), lane(v.third, i), speed_or_null, cell, one);
@@ -263,17 +331,19 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   energy = 0.5 * work;
   const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
   dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
+  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, s, stress, energy, dissipation);
   return grows_t || grows_c;
 }
 
 Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const {
-  Lanes<double> s{old.r_t, old.f_t, old.b_t, old.d_t, old.r_c, old.dif_c, old.b_c, old.d_c};
+  Lanes<double> s{old.r_t, old.f_t, old.b_t, old.d_t, old.r_c, old.dif_c, old.b_c, old.d_c,
+                  {old.normal[0], old.normal[1], old.normal[2]}, {old.slip[0], old.slip[1], old.slip[2]}};
   const double e[6] = {strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]};
   double stress[6];
   Response out;
   point(e, s, p_.cell, [&](int, Sym& speed) { speed = rate; return true; }, stress, out.energy, out.dissipation);
   std::copy(stress, stress + 6, out.stress.begin());
-  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c};
+  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c, {s.normal[0], s.normal[1], s.normal[2]}, {s.slip[0], s.slip[1], s.slip[2]}};
   return out;
 }
 
@@ -284,7 +354,9 @@ bool ConcreteDamage::stress8(const double* strain, const double* rate, const Cel
     V4 e[6], out[6], stored, lost;
     for (int i = 0; i < 6; ++i) e[i] = load4(strain + 8 * i + half);
     Lanes<V4> s{load4(old.r_t + half), load4(old.f_t + half), load4(old.b_t + half), load4(old.d_t + half),
-                load4(old.r_c + half), load4(old.dif_c + half), load4(old.b_c + half), load4(old.d_c + half)};
+                load4(old.r_c + half), load4(old.dif_c + half), load4(old.b_c + half), load4(old.d_c + half),
+                {load4(old.normal[0] + half), load4(old.normal[1] + half), load4(old.normal[2] + half)},
+                {load4(old.slip[0] + half), load4(old.slip[1] + half), load4(old.slip[2] + half)}};
     const auto speed_of = [&](int i, Sym& speed) {
       if (!rate) return false;
       for (int k = 0; k < 6; ++k) speed[k] = rate[8 * k + half + i];
@@ -304,6 +376,10 @@ bool ConcreteDamage::stress8(const double* strain, const double* rate, const Cel
       store4(next.dif_c + half, s.dif_c);
       store4(next.b_c + half, s.b_c);
       store4(next.d_c + half, s.d_c);
+      for (int k = 0; k < 3; ++k) {
+        store4(next.normal[k] + half, s.normal[k]);
+        store4(next.slip[k] + half, s.slip[k]);
+      }
     }
   }
   return grew;

@@ -17,6 +17,10 @@
 /// d_t d_c  damage, at most 1 - 1e-5 (a cap of 0.999 loses 6 to 15 % of G_F)      -       1
 /// beta     equibiaxial over uniaxial compressive strength                        -       1
 ///
+/// Interlock: the faces of a crack carry shear, as far as the damage law itself gives less. The crack's plane is that of its onset, gamma the shear strain
+/// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain; the limit is that of the modified compression field theory [vecchio1986, walraven1981]:
+///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16))   [MPa, mm],   gamma = tau / (d_t G) + (tau / tau_m) (w / 2) / l
+///
 /// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none
 /// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
 /// of the model already gives the rest. Compression scales stress and strain together, so that E stays.
@@ -38,12 +42,13 @@ struct CellFrame {
   double extent(const std::array<double, 3>& n) const;
 };
 
-/// History of eight points, one array per quantity (512 bytes, plain doubles). All zero: never damaged.
+/// History of eight points, one array per quantity (896 bytes, plain doubles). All zero: never damaged.
 struct DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
   double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
+  double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it
 };
-static_assert(sizeof(DamageCell) == 64 * sizeof(double));
+static_assert(sizeof(DamageCell) == 112 * sizeof(double));
 
 class ConcreteDamage {
  public:
@@ -54,10 +59,12 @@ class ConcreteDamage {
     double cap = 1 - 1e-5;                  ///< largest damage
     bool rate_effect = true;
     double rate_cap_compression = 1.25;
+    double aggregate = 0.016;               ///< largest grain [m]; 0: faces of cracks do not interlock
   };
   /// One point, as in DamageCell.
   struct State {
     double r_t = 0, f_t = 0, b_t = 0, d_t = 0, r_c = 0, dif_c = 0, b_c = 0, d_c = 0;
+    std::array<double, 3> normal{}, slip{};
   };
 
   /// Throws InputError if parameters are out of range.
@@ -87,11 +94,13 @@ class ConcreteDamage {
   template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
+  template <class R> void interlock(const R (&strain)[6], Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> R damage_tension(R r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
 
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
+  double shear_ = 0, interlock_ = 0, widen_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);

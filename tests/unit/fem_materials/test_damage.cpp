@@ -326,5 +326,48 @@ TEST(ConcreteDamage, UndamagedStressIsElasticToTheBit) {
   EXPECT_EQ(state.r_t, 0);
 }
 
+/// A panel of 0.1 m cracked across x to a width w, and sheared along the crack at that width.
+struct CrackedPanel {
+  ConcreteDamage law;
+  double opened, limit = 0, stiffness = 0;
+  ConcreteDamage::State state;
+  CrackedPanel(double width, double aggregate) : law([&] { auto p = c30(); p.rate_effect = false; p.aggregate = aggregate; return p; }()), opened(width / 0.1) {
+    for (int i = 1; i <= 100; ++i) law({opened * i / 100, 0, 0, 0, 0, 0}, still, state, state);
+    const double w = 1e3 * width * state.d_t;   // [mm]
+    limit = state.d_t * 0.18e6 * std::sqrt(38.0) / (0.31 + 24 * w / (1e3 * aggregate + 16));
+    stiffness = 1 / (2.4 / (state.d_t * 33.55e9) + 0.5 * w * 1e-3 / (limit * 0.1));
+  }
+  Response shear(double gamma) { return law({opened, 0, 0, 0, 0, gamma}, still, state, state); }
+};
+
+TEST(Interlock, FacesThatHoldAreAsStiffAsTheyAreClose) {
+  for (const double width : {0.05e-3, 0.2e-3, 1e-3}) {
+    CrackedPanel rough(width, 0.016), smooth(width, 0);
+    EXPECT_NEAR(rough.state.normal[0], 1, 1e-12);
+    const double gamma = 0.005 * rough.opened;   // so little that the damage law itself has next to no compression across the panel
+    EXPECT_NEAR(rough.shear(gamma).stress[5] / (rough.stiffness * gamma), 1, 0.01) << width;
+    EXPECT_NEAR(rough.shear(-gamma).stress[5] / (-rough.stiffness * gamma), 1, 0.01) << width;
+    EXPECT_LT(std::abs(smooth.shear(gamma).stress[5]), 0.2 * rough.stiffness * gamma) << width;
+  }
+}
+
+TEST(Interlock, FacesSlideAtTheLimitAndRub) {
+  for (const double width : {0.02e-3, 0.05e-3}) {
+    CrackedPanel panel(width, 0.016);
+    const double yield = panel.limit / panel.stiffness;
+    double most = 0, lost = 0;
+    for (int i = 1; i <= 200; ++i) {
+      const Response r = panel.shear(1.3 * yield * i / 200);
+      EXPECT_GE(r.dissipation, 0);
+      most = std::max(most, r.stress[5]);
+      lost += r.dissipation;
+    }
+    EXPECT_GE(most, 0.99 * panel.limit) << width;   // and what the law itself gives beyond
+    EXPECT_GT(lost, 0.2 * 0.3 * panel.limit * yield) << width;
+    EXPECT_GT(panel.state.slip[1], 0.2 * yield) << width;
+    EXPECT_LT(panel.shear(0).stress[5], 0) << width;   // held back by what slipped
+  }
+}
+
 }  // namespace
 }  // namespace talus::material
