@@ -103,10 +103,59 @@ void enclose(const Patch& p, std::vector<Ball>& balls) {
   }
 }
 
+/// Eight triangles that follow each other, which lie beside each other for the most part.
+struct Bunch {
+  Ball ball;
+  std::size_t first, last;
+};
+
+void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
+  constexpr std::size_t size = 8;
+  bunches.clear();
+  for (std::size_t first = 0; first < balls.size(); first += size) {
+    Bunch b{{Vec3::Zero(), 0}, first, std::min(first + size, balls.size())};
+    for (std::size_t k = first; k < b.last; ++k) b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
+    for (std::size_t k = first; k < b.last; ++k) b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
+    bunches.push_back(b);
+  }
+}
+
+/// Distance of x from the surface if x lies before it beyond doubt, else 0.
+double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x, double touch) {
+  double nearest = infinity;
+  Vec3 foot = x, pseudo = Vec3::Zero();
+  const auto search = [&](const Bunch& bunch) {
+    for (std::size_t k = bunch.first; k < bunch.last; ++k) {
+      const auto& t = p.triangles[k];
+      if (std::abs(t.n.dot(x) - t.level) > nearest + touch || (x - balls[k].centre).norm() - balls[k].radius > nearest + touch) continue;
+      bool interior;
+      const Vec3 y = closest_on_triangle(t, x, interior);
+      const double d = (x - y).norm();
+      if (d < nearest - touch) {
+        nearest = d, foot = y, pseudo = t.n;
+      } else if (d < nearest + touch) {
+        pseudo += t.n;
+      }
+    }
+  };
+  const Bunch* likely = &bunches.front();
+  double least = infinity;
+  for (const Bunch& b : bunches)
+    if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
+  search(*likely);
+  for (const Bunch& b : bunches)
+    if (const double reach = nearest + touch + b.ball.radius; &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach) search(b);
+  return pseudo.dot(x - foot) > 0.1 * pseudo.norm() * nearest ? nearest : 0;
+}
+
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<Ball>& balls, std::vector<ContactPoint>& out) {
   enclose(T, balls);
+  constexpr std::size_t many = 64;   // triangles from which on a vertex far before all of them is told at once
+  thread_local std::vector<Bunch> bunches;
+  if (T.triangles.size() > many) bunch(balls, bunches);
   for (const auto& v : V.vertices) {
+    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
     const std::size_t start = out.size();
     bool behind = false;
     // Faces that meet in a convex edge on which the vertex lies, the one that its cone admits best first.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <span>
 
 #include "contact/narrow_math.hpp"
@@ -65,13 +66,27 @@ class Finder {
   }
 
   void run(std::vector<Patch>& patches) {
+    order_triangles();
+    // A triangle is taken by its nearest corner, along the normal of the block's face.
+    double beside = 0;
+    for (const int t : near_) beside = std::max(beside, s_.triangle_box(t).diagonal().norm());
+    beside += std::max(margin_, deepest_);
+    BoxTree tree;
+    tree.build(static_cast<int>(near_.size()), [&](int i) {
+      Box3 box = s_.triangle_box(near_[static_cast<std::size_t>(i)]);
+      box.min().array() -= beside;
+      box.max().array() += beside;
+      return box;
+    });
+    std::vector<int> over;
     for (int f = 0; f < block_.faces(); ++f) {
       Patch p;
       p.face = f;
       p.point = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[static_cast<std::size_t>(f)])])];
       p.normal = -normal_[static_cast<std::size_t>(f)];
-      for (std::size_t i = 0; i < near_.size(); ++i)
-        if (near_normal_[i].dot(p.normal) >= along) cover(p, near_[i]);
+      find_over(f, tree, over);
+      for (const int i : over)
+        if (near_normal_[static_cast<std::size_t>(i)].dot(p.normal) >= along) cover(p, near_[static_cast<std::size_t>(i)]);
       std::sort(p.shares.begin(), p.shares.end(), [](const Share& a, const Share& b) { return a.vertex < b.vertex; });
       if (!p.shares.empty() && !across(p)) patches.push_back(std::move(p));
     }
@@ -174,6 +189,34 @@ class Finder {
   }
 
  private:
+  /// Triangles of the block by face.
+  void order_triangles() {
+    first_.assign(static_cast<std::size_t>(block_.faces()) + 1, 0);
+    for (const int f : block_.triangle_face) ++first_[static_cast<std::size_t>(f) + 1];
+    std::partial_sum(first_.begin(), first_.end(), first_.begin());
+    by_face_.resize(block_.triangles.size());
+    std::vector<std::size_t> at(first_.begin(), first_.end() - 1);
+    for (std::size_t k = 0; k < by_face_.size(); ++k) by_face_[at[static_cast<std::size_t>(block_.triangle_face[k])]++] = k;
+  }
+  std::span<const std::size_t> triangles_of(int face) const {
+    const std::size_t first = first_[static_cast<std::size_t>(face)];
+    return std::span(by_face_).subspan(first, first_[static_cast<std::size_t>(face) + 1] - first);
+  }
+
+  /// Near triangles that face f may lie over, ascending. `tree` holds their boxes.
+  void find_over(int f, const BoxTree& tree, std::vector<int>& over) const {
+    over.clear();
+    Box3 box;
+    for (int i = block_.face_offset[static_cast<std::size_t>(f)]; i < block_.face_offset[static_cast<std::size_t>(f) + 1]; ++i)
+      box.extend(x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(i)])]);
+    tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
+                  [&](int i) {
+                    over.push_back(i);
+                    return true;
+                  });
+    std::sort(over.begin(), over.end());
+  }
+
   /// True for a strip of a face that is deeper than wide: there the block lies across another face of the structure, and not on this one. A
   /// face that sank in as a whole, however small it is beside the depth (a sphere's), is no strip.
   bool across(const Patch& p) const {
@@ -185,8 +228,7 @@ class Finder {
 
   double face_area(int face) const {
     double area = 0;
-    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
-      if (block_.triangle_face[k] != face) continue;
+    for (const std::size_t k : triangles_of(face)) {
       const auto& t = block_.triangles[k];
       const Vec3 &a = x_[static_cast<std::size_t>(t[0])], &b = x_[static_cast<std::size_t>(t[1])], &c = x_[static_cast<std::size_t>(t[2])];
       area += 0.5 * (b - a).cross(c - a).norm();
@@ -270,8 +312,7 @@ class Finder {
 
   bool covers(const Patch& p, const Vec3& x) const {
     const double slack = -1e-6 * block_.radius;
-    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
-      if (block_.triangle_face[k] != p.face) continue;
+    for (const std::size_t k : triangles_of(p.face)) {
       bool all = true;
       for (int side = 0; side < 3 && all; ++side) all = inside(k, x, side) >= slack;
       if (all) return true;
@@ -307,8 +348,7 @@ class Finder {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Vec3& x : corner) nearest = std::min(nearest, p.normal.dot(p.point - x));
     if (nearest > margin_ || nearest < -deepest_) return;
-    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
-      if (block_.triangle_face[k] != p.face) continue;
+    for (const std::size_t k : triangles_of(p.face)) {
       polygon_.assign(corner, corner + 3);
       for (int side = 0; side < 3 && !polygon_.empty(); ++side) clip(k, side);
       if (polygon_.size() < 3) continue;
@@ -369,6 +409,7 @@ class Finder {
   std::vector<Vec3> x_, normal_, near_normal_;
   std::vector<Vec3> into_;   // per side of a triangle of the block, in its plane, inward
   std::vector<int> near_, handled_;
+  std::vector<std::size_t> first_, by_face_;   // faces + 1; triangles of the block, those of a face beside each other
   std::vector<Vec3> polygon_, next_;
 };
 
