@@ -5,6 +5,7 @@
 ///
 ///   impulse = sum F dt  [N s],   peak force = max |F|  [N],   mean force = |impulse| / duration  [N]
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
@@ -71,6 +72,10 @@ class SummaryBuilder {
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   std::vector<std::string> warnings() const;
+  nlohmann::ordered_json of_structures() const;
+  nlohmann::ordered_json of_blocks() const;
+  nlohmann::ordered_json of_energy() const;
+  nlohmann::ordered_json of_confidence() const;
   void close_step(Open& open);
   void close_step(StructureTrack& s);
 

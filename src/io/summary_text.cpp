@@ -1,0 +1,231 @@
+// The keys of summary.json (docs/output.md), in their order.
+#include "io/summary.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "io/design_checks.hpp"
+
+namespace talus::io {
+namespace {
+
+using json = nlohmann::ordered_json;
+
+json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
+
+double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
+double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
+double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
+
+json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
+  json impacts = json::array();
+  for (const Impact& m : list) {
+    const double duration = m.end - m.start;
+    impacts.push_back({{"structure", header.structures[static_cast<std::size_t>(m.structure)].name},
+                       {"block", header.blocks[static_cast<std::size_t>(m.block)].name},
+                       {"start", m.start},
+                       {"end", m.end},
+                       {"velocity", vec(m.velocity)},
+                       {"speed", m.velocity.norm()},
+                       {"spin", vec(m.spin)},
+                       {"kinetic", m.kinetic},
+                       {"point", vec(m.point)},
+                       {"impulse", vec(m.impulse)},
+                       {"peak_force", m.peak_force},
+                       {"peak_time", m.peak_time},
+                       {"mean_force", duration > 0 ? m.impulse.norm() / duration : 0.0}});
+  }
+  return impacts;
+}
+
+json of_counters(const sim::RunCounters& c) {
+  return {{"steps", c.steps},
+          {"rejected", c.rejected},
+          {"contacts", c.contacts},
+          {"newton", c.newton},
+          {"sweeps", c.sweeps},
+          {"outer", c.outer},
+          {"impacts", c.impacts},
+          {"tiers", {{"A", c.tier_a}, {"B", c.tier_b}, {"C", c.tier_c}, {"D", c.tier_d}, {"E", c.tier_e}}},
+          {"asleep_skipped", c.asleep_skipped},
+          {"flight_closed_form", c.flight_closed_form},
+          {"structure_steps", c.structure_steps},
+          {"condensed_steps", c.condensed_steps},
+          {"structure_asleep", c.structure_asleep},
+          {"worst_residual", c.worst_residual},
+          {"worst_penetration", c.worst_penetration}};
+}
+
+json of_audit(const sim::InterfaceAudit& a) {
+  return {{"force_imbalance", a.worst_force_imbalance},
+          {"moment_imbalance", a.worst_moment_imbalance},
+          {"impulse_defect", a.impulse_defect},
+          {"work_on_blocks", a.work_on_blocks},
+          {"work_on_structure", a.work_on_structure},
+          {"impulse_on_structure", vec(a.impulse_on_structure)}};
+}
+
+json of_plan(const sim::RunHeader& header) {
+  json plan = json::array();
+  for (const std::string& line : header.plan) plan.push_back(line);
+  for (const auto& s : header.structures) {
+    std::size_t at = 0;
+    while (at < s.plan.size()) {
+      const std::size_t end = std::min(s.plan.find('\n', at), s.plan.size());
+      if (end > at) plan.push_back(s.name + ": " + s.plan.substr(at, end - at));
+      at = end + 1;
+    }
+  }
+  return plan;
+}
+
+}  // namespace
+
+json SummaryBuilder::of_structures() const {
+  json structures = json::array();
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const StructureTrack& s = structures_[i];
+    const auto& info = header_.structures[i];
+    json probes = json::array();
+    for (std::size_t k = 0; k < s.probes.size(); ++k)
+      probes.push_back({{"name", info.probes[k]},
+                        {"at", k < info.probe_at.size() ? vec(info.probe_at[k]) : json()},
+                        {"peak_displacement", s.probes[k].peak},
+                        {"peak_time", s.probes[k].peak_time},
+                        {"final_displacement", vec(s.probes[k].last)}});
+    json members = json::array();
+    for (const MemberTrack& m : s.members) members.push_back(m.summary());
+    structures.push_back({{"name", info.name},
+                          {"loaded", info.loaded},
+                          {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
+                          {"impulse", vec(s.impulse)},
+                          {"peak_force", s.peak_force},
+                          {"peak_force_time", s.peak_force_time},
+                          {"peak_base_force", s.peak_reaction},
+                          {"peak_base_force_time", s.peak_reaction_time},
+                          {"peak_base_shear", s.peak_shear},
+                          {"peak_base_shear_time", s.peak_shear_time},
+                          {"peak_base_moment", s.peak_moment},
+                          {"peak_base_moment_time", s.peak_moment_time},
+                          {"preload_force", vec(s.first_force)},
+                          {"preload_moment", vec(s.first_moment)},
+                          {"damage_max", s.damage},
+                          {"damaged_volume", s.damaged_volume},
+                          {"spalled_volume", s.spalled_volume},
+                          {"members", members},
+                          {"probes", probes}});
+  }
+  return structures;
+}
+
+json SummaryBuilder::of_blocks() const {
+  json blocks = json::array();
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const BlockTrack& b = blocks_[i];
+    const auto& info = header_.blocks[i];
+    json item = {{"name", info.name}, {"mass", info.mass}, {"volume", info.volume}, {"fixed", info.fixed}, {"fragment", info.fragment}};
+    if (b.born) {
+      item["start"] = vec(b.start);
+      item["end"] = vec(b.end);
+      item["runout"] = horizontal(b.end - b.start);
+      item["drop"] = b.start.z() - b.end.z();
+      item["path_length"] = b.path;
+      item["max_speed"] = b.max_speed;
+      item["max_spin"] = b.max_spin;
+      item["max_kinetic"] = b.max_kinetic;
+      item["final_speed"] = b.velocity.norm();
+      item["birth"] = b.birth;
+    }
+    blocks.push_back(item);
+  }
+  return blocks;
+}
+
+json SummaryBuilder::of_energy() const {
+  const double scale = std::max(kinetic_peak_, 1e-300);
+  return {{"start", energy_of(first_)},
+          {"end", energy_of(last_)},
+          {"kinetic_peak", kinetic_peak_},
+          {"dissipated", dissipated(last_)},
+          {"friction_work", last_.friction_work},
+          {"damping_work", last_.damping_work},
+          {"damage_work", last_.damage_work},
+          {"algorithmic", last_.algorithmic},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.algorithmic) / scale : 0.0},
+          {"external_work", last_.external_work},
+          {"residual_end", last_.residual},
+          {"residual_worst", residual_worst_},
+          {"residual_worst_time", residual_worst_time_},
+          {"residual_relative", kinetic_peak_ > 0 ? std::abs(residual_worst_) / scale : 0.0}};
+}
+
+/// How well each kind of number is known; a number without a comparison of its own is never better than extrapolated.
+json SummaryBuilder::of_confidence() const {
+  const auto share = [&](double part) { return kinetic_peak_ > 0 ? std::abs(part) / kinetic_peak_ : 0.0; };
+  json confidence = json::array();
+  const auto say = [&](const char* quantity, const char* level, std::string basis) {
+    confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
+  };
+  say("energy and momentum ledger", "verified",
+      fmt::format("every loss is booked where it occurs; of the greatest kinetic energy the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}", share(residual_worst_),
+                  last_.algorithmic < 0 ? "made" : "took", share(last_.algorithmic)));
+  say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
+  say("run-out and deposits on the real slope", "extrapolated", "depend on roughness and parameters that were not calibrated for this site");
+  if (!structures_.empty()) {
+    say("impulse and momentum passed to the structure", "verified", "momentum balance of blocks and structure");
+    say("elastic response, base forces, displacement", "verified", "beam and wave solutions (talus verify fem)");
+    say("peak contact force", "extrapolated", "grows with the stiffness of the contact; compare it with the design formulas");
+    say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure");
+  }
+  return confidence;
+}
+
+std::string SummaryBuilder::text(const Outcome* outcome) {
+  for (auto& row : open_of_)
+    for (Open& open : row) {
+      const Vec3 force = open.force;
+      close_step(open);
+      open.force = force;  // the step may still grow
+    }
+  for (StructureTrack& s : structures_) {
+    const Vec3 force = s.step_force;
+    close_step(s);
+    s.step_force = force;
+  }
+
+  json j;
+  j["schema"] = 1;
+  j["program"] = "talus";
+  j["title"] = header_.title;
+  j["status"] = outcome != nullptr ? outcome->status : "unfinished";
+  j["message"] = outcome != nullptr ? outcome->message : "";
+  j["time"] = {{"end", time_}, {"duration", header_.duration}};
+  if (outcome != nullptr) {
+    j["time"]["wall_seconds"] = outcome->counters.wall_seconds;
+    j["time"]["cpu_seconds"] = outcome->counters.cpu_seconds;
+  }
+
+  json headline = json::array();
+  for (std::string& line : this->headline()) headline.push_back(std::move(line));
+  j["headline"] = headline;
+  j["hit"] = !impacts_.empty();
+  j["impacts"] = of_impacts(header_, impacts_);
+  j["formulas"] = design_checks(header_, impacts_);
+  j["structures"] = of_structures();
+  j["blocks"] = of_blocks();
+  j["energy"] = of_energy();
+  j["warnings"] = warnings();
+  if (outcome != nullptr) {
+    j["counters"] = of_counters(outcome->counters);
+    if (outcome->audit_made) j["audit"] = of_audit(outcome->audit);
+  }
+  j["confidence"] = of_confidence();
+  j["plan"] = of_plan(header_);
+  return j.dump(1, ' ', false, json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace talus::io
