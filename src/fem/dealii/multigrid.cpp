@@ -30,6 +30,8 @@ void start_mpi() {
   });
 }
 
+constexpr int largest_smoothed = 400000;   // degrees of freedom
+
 class Multigrid : public LinearSolver {
  public:
   Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction)
@@ -51,6 +53,9 @@ class Multigrid : public LinearSolver {
     list.set("aggregation: threshold", 0.0);
     list.set("coarse: type", "Amesos-KLU");
     list.set("coarse: max size", 1000);
+    // Smoothing the prolongation halves the iterations; the products that it takes cost more memory than the matrix.
+    list.set("low memory usage", true);
+    if (n_ > largest_smoothed) list.set("aggregation: damping factor", 0.0);
     // Nodes that are held in some directions only leave less than three equations behind: then no blocks.
     bool blocks = n_ % 3 == 0;
     for (int d = 0; d < n_ && blocks; ++d) blocks = direction[d] == d % 3;
