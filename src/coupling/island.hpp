@@ -10,6 +10,7 @@
 /// Structures take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps (island_condensed.cpp).
 #pragma once
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -34,6 +35,7 @@ struct StepSettings {
   double min_step = 1e-9;       // [s]
   int event_blocks = 12;        // islands up to this size are event driven
   int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
+  int threads = 1;              // that one island may use; the result does not depend on it
 };
 
 struct IslandReport {
@@ -49,6 +51,7 @@ struct IslandReport {
 
 class IslandStepper {
  public:
+  static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
                 ContactHistory& surface_history, const StepSettings& settings);
@@ -75,6 +78,7 @@ class IslandStepper {
   void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
+  void each_pair(const std::function<void(std::size_t)>& use) const;   // in any order, on several threads where it pays
   void gather_touches();
   void carry();
   double reach(int block, double h) const;
@@ -153,6 +157,8 @@ class IslandStepper {
     bool listed = false;         // pairs met are new in `ahead_`: the step is to be solved again with their rows
   };
   Crossing crossing();           // of pairs whose rows a lumped step left open
+  struct Known { double apart; bool listed, any, open; };   // what the touches of a pair say
+  std::pair<double, double> meeting(std::size_t pair, const Known& known) const;
   void look_ahead();
 
   const dda::Model& model_;

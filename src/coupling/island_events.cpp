@@ -65,44 +65,59 @@ double IslandStepper::path(const CandidatePair& pair) const {
   return moved.norm() + bulge.norm() / 4 + turned;
 }
 
-IslandStepper::Crossing IslandStepper::crossing() {
+/// Fraction of the step at which a pair crosses what its rows leave open (above 1: never), and the bound on how far its bodies moved [m].
+std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& known) const {
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
   // with rows may not move by more than a part of the thinner body's thickness unseen.
-  Crossing out;
+  constexpr double never = 2;
+  const CandidatePair& pair = island_->pairs[i];
+  bool listed = known.listed;
+  double thickness = model_.blocks[static_cast<std::size_t>(pair.b)].shape->inradius;
+  if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
+  const double clear = listed ? 0.25 * thickness : known.any ? std::max(known.apart, 0.0) : margins_[i];
+  const double way = path(pair);
+  if (way <= clear) return {never, way};
+  double s = never;
+  if (!listed) {
+    s = time_of_impact(pair, 1e-10 * length_, true);
+    if (s > 1) return {never, way};
+    // A level below all that is named, and met later: it was below already. Concave blocks graze each other where the search names no contact;
+    // a step that ended there would be followed by one that ends as early.
+    listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
+    if (listed && way <= 0.25 * thickness) return {never, way};
+  }
+  if (listed) {
+    s = time_of_impact(pair, 1e-3 * thickness, true);
+    if (s >= 0.9) return {never, way};   // rows end where they touch: that is no crossing
+  }
+  return {s, way};
+}
+
+IslandStepper::Crossing IslandStepper::crossing() {
+  const std::size_t pairs = island_->pairs.size();
+  std::vector<Known> known(pairs);
   std::size_t t = 0;   // touches follow the order of the pairs
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+  for (std::size_t i = 0; i < pairs; ++i) {
     const CandidatePair& pair = island_->pairs[i];
-    const auto kb = static_cast<std::size_t>(pair.b);
-    double apart = std::numeric_limits<double>::infinity();
-    bool listed = flush_pair_[i] != 0, any = false, open = false;
+    Known& k = known[i];
+    k = {std::numeric_limits<double>::infinity(), flush_pair_[i] != 0, false, false};
     for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
-      any = true;
-      open = open || touches_[t].row < 0;
-      listed = listed || touches_[t].row >= 0;
-      apart = std::min(apart, touches_[t].at.gap);
+      k.any = true;
+      k.open = k.open || touches_[t].row < 0;
+      k.listed = k.listed || touches_[t].row >= 0;
+      k.apart = std::min(k.apart, touches_[t].at.gap);
     }
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
     // unforeseen starts unloaded where it is.
-    listed = listed || (any && moving_skin(pair.a));
-    double thickness = model_.blocks[kb].shape->inradius;
-    if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
-    const double clear = listed ? 0.25 * thickness : any ? std::max(apart, 0.0) : margins_[i];
-    const double way = path(pair);
-    if (way <= clear) continue;
-    double s = 2;
-    if (!listed) {
-      s = time_of_impact(pair, 1e-10 * length_, true);
-      if (s > 1) continue;
-      // A level below all that is named, and met later: it was below already. Concave blocks graze each other where the search names no contact;
-      // a step that ended there would be followed by one that ends as early.
-      listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
-      if (listed && way <= 0.25 * thickness) continue;
-    }
-    if (listed) {
-      s = time_of_impact(pair, 1e-3 * thickness, true);
-      if (s >= 0.9) continue;   // rows end where they touch: that is no crossing
-    }
-    if (ahead_[i] == 0 && (open || !any) && !moving_skin(pair.a)) {
+    k.listed = k.listed || (k.any && moving_skin(pair.a));
+  }
+  std::vector<std::pair<double, double>> met(pairs);
+  each_pair([&](std::size_t i) { met[i] = meeting(i, known[i]); });
+  Crossing out;
+  for (std::size_t i = 0; i < pairs; ++i) {
+    const auto [s, way] = met[i];
+    if (s > 1) continue;
+    if (ahead_[i] == 0 && (known[i].open || !known[i].any) && !moving_skin(island_->pairs[i].a)) {
       ahead_[i] = way;
       out.listed = true;
     } else {

@@ -1,4 +1,7 @@
 // What an island's bodies may touch within a step. Pairs whose bodies have not moved since the last search keep what it found.
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 
 #include "coupling/island_body.hpp"
@@ -22,7 +25,7 @@ void IslandStepper::find(double h, bool at_start) {
   const std::size_t pairs = island_->pairs.size();
   touches_of_.resize(pairs);
   margins_.resize(pairs);
-  for (std::size_t i = 0; i < pairs; ++i) look(i);
+  each_pair([this](std::size_t i) { look(i); });
   touches_at_surfaces_.clear();
   for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_at_surfaces_);
   gather_touches();
@@ -40,11 +43,11 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
     const int l = local_[static_cast<std::size_t>(block)];
     return l >= 0 ? way[static_cast<std::size_t>(l)] : 0.0;
   };
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+  each_pair([&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];
-    if (moving_skin(pair.a)) continue;
+    if (moving_skin(pair.a)) return;
     const double moved = way_of(pair.b) + (pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : 0.0);
-    if (moved == 0) continue;
+    if (moved == 0) return;
     carried[i] += moved;
     if (carried[i] > 1e-5 * length_) {
       look(i);
@@ -53,7 +56,7 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
       margins_[i] -= moved;
       carry_pair(i, last);
     }
-  }
+  });
   gather_touches();
 }
 
@@ -120,6 +123,16 @@ void IslandStepper::keep_late_overlaps() {
     any = true;
   }
   if (any) gather_touches();
+}
+
+void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const {
+  const std::size_t n = island_->pairs.size();
+  if (settings_.threads < 2 || n < pairs_for_threads) {
+    for (std::size_t i = 0; i < n; ++i) use(i);
+    return;
+  }
+  // A thread that waits takes no other island's work meanwhile: its stepper is in use.
+  tbb::this_task_arena::isolate([&] { tbb::parallel_for(std::size_t{0}, n, use); });
 }
 
 /// All that pair i may touch within the reach.

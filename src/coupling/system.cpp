@@ -59,6 +59,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.surface_contacts.resize(env_.structures.size());
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
+  settings_.step.threads = settings_.threads;
   schemes_.resize(env_.structures.size());
 }
 
@@ -307,7 +308,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
     reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
   };
-  if (settings_.threads > 1 && p.islands.size() > 1) {
+  const bool worthwhile = p.islands.size() > 1 || (!p.islands.empty() && p.islands.front().pairs.size() >= IslandStepper::pairs_for_threads);
+  if (settings_.threads > 1 && worthwhile) {
     tbb::task_arena arena(settings_.threads);
     arena.execute([&] { tbb::parallel_for(std::size_t{0}, p.islands.size(), run); });
   } else {

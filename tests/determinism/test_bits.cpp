@@ -45,6 +45,21 @@ TEST(Bits, SameAgainAndWithTwoThreads) {
   }
 }
 
+/// One island whose pairs are searched by several threads: 150 cubes dropped in a heap, each pushed its own way.
+TEST(Bits, OneLargeIslandIsTheSameWithTwoThreads) {
+  SceneText s(Method::by_accuracy(1e-3), 0.2);
+  s.history(0.1).material("rock", 2600).interface("rock", "rock", 0.5).interface("rock", "ground", 0.5).plane(Vec3::UnitZ());
+  constexpr int count = 150;
+  for (int i = 0; i < count; ++i) {
+    const int x = i % 5, y = i / 5 % 5, z = i / 25;
+    s.box(fmt::format("B{}", i), Vec3(1, 1, 1), Vec3(1.02 * x + 0.1 * z, 1.02 * y, 0.52 + 1.02 * z), spin(0.3 * Vec3((i * 7) % 5 - 2, (i * 3) % 5 - 2, (i * 11) % 3 - 1)));
+  }
+  const Outcome one = run_scene(s.str()), two = run_scene(with_threads(s.str(), 2));
+  ASSERT_TRUE(one.ok());
+  ASSERT_TRUE(two.ok());
+  for (std::size_t i = 0; i < count; ++i) expect_same(one.last(), i, two.last(), i);
+}
+
 TEST(Bits, OrderOfBlocksDoesNotMatterWhereTheyDoNotMeet) {
   const std::vector<int> order{3, 0, 5, 1, 4, 2};
   const Outcome a = run_scene(scene_of({0, 1, 2, 3, 4, 5}, true)), b = run_scene(scene_of(order, true));
