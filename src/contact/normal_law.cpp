@@ -6,6 +6,7 @@
 namespace talus::contact {
 
 double NormalLaw::force(double x) const {
+  if (bed) return bed->force(x);
   if (law->kind == ContactLaw::Kind::linear) return (stiffness + growth * (x > 0 ? x * x : 0.0)) * x;
   if (x <= 0) return 0;
   switch (law->kind) {
@@ -23,6 +24,7 @@ double NormalLaw::force(double x) const {
 }
 
 double NormalLaw::slope(double x) const {
+  if (bed) return bed->slope(x);
   if (law->kind == ContactLaw::Kind::linear) return stiffness + 3 * growth * (x > 0 ? x * x : 0.0);
   if (x < 0) return 0;
   switch (law->kind) {
@@ -40,6 +42,7 @@ double NormalLaw::slope(double x) const {
 }
 
 double NormalLaw::work(double x) const {
+  if (bed) return bed->work(x);
   if (x <= 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: return (0.5 * stiffness + 0.25 * growth * x * x) * x * x;
@@ -64,12 +67,14 @@ double NormalLaw::work(double x) const {
 }
 
 double NormalLaw::stored(double x) const {
+  if (bed) return bed->stored(x);
   if (law->kind != ContactLaw::Kind::crushing) return work(x);
   const double f = force(x);
   return 0.5 * f * f / stiffness;
 }
 
 double NormalLaw::crushed_after(double x) const {
+  if (bed) return bed->crushed_after(x);
   return law->kind == ContactLaw::Kind::crushing ? std::max(crushed, x - limit / stiffness) : 0.0;
 }
 
@@ -79,7 +84,7 @@ double NormalLaw::depth_of(double energy) const {
 }
 
 double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
-  if (law->kind == ContactLaw::Kind::linear) {
+  if (law->kind == ContactLaw::Kind::linear && !bed) {
     const double a = std::max(x0, 0.0), b = std::max(x1, 0.0), squares = growth * (a * a + b * b);
     derivative = 0.5 * stiffness + 0.25 * (squares + 2 * growth * b * (a + b));
     return 0.5 * stiffness * (x0 + x1) + 0.25 * squares * (a + b);
@@ -93,7 +98,7 @@ double NormalLaw::secant(double x0, double x1, double& derivative) const {
     derivative = 0.5 * slope(x1);
     return 0.5 * (force(x0) + force(x1));
   }
-  const double mean = (work(x1) - work(x0)) / d;
+  const double mean = (work(x1) - (bed ? bed->before(x0) : work(x0))) / d;
   derivative = (force(x1) - mean) / d;
   return mean;
 }

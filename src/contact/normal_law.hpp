@@ -5,10 +5,14 @@
 ///   hertz      F = k x^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
 ///   crushing   F = min(k (x - y), p A)                                  y: crushed for good, p: pressure, A: area
 ///   table      F linear between the points, the last slope beyond them
+///   bed        the sum over the columns below a block (contact/bed.hpp), linear or crushing
 ///
 /// A step of a curved law from x0 to x1 takes the mean force (W(x1) - W(x0)) / (x1 - x0), the discrete gradient of the work W(x) = int_0^x F: its work
 /// is then exactly the change of W, whether the contact opens or closes within the step or not.
 #pragma once
+#include <memory>
+
+#include "contact/bed.hpp"
 #include "contact/law.hpp"
 
 namespace talus::contact {
@@ -19,16 +23,20 @@ struct NormalLaw {
   double growth = 0;      // linear: g [N/m^3]
   double limit = 0;       // crushing: p A [N]
   double crushed = 0;     // crushing: y [m]
+  std::shared_ptr<const Bed> bed;   // at a structure's skin: springs per area, and what crushes; x is its greatest depth
 
   double force(double x) const;   // [N]
   double slope(double x) const;   // dF/dx, from the right at a kink [N/m]
   double work(double x) const;    // [J]; while crushing it holds what is crushed as well
   double stored(double x) const;  // part of it that comes back [J]
+  double crushing(double x) const { return work(x) - stored(x); }   // [J]
+  /// The same where a leapfrog's step from x0 by way of the present place to x1 counts half of both its parts.
+  double crushing_by_half(double x0, double x1) const { return bed ? 0.5 * (crushing(x1) - bed->crushing_before(x0)) : crushing(x1); }
   double crushed_after(double x) const;   // y once x was reached [m]
   double depth_of(double energy) const;   // linear: x at which it stores that [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
   double mean_force(double x0, double x1, double& derivative) const;
-  /// The same with no force below 0 for the linear law too: the work of a contact that opens or closes within the step is its own.
+  /// The same with no force below 0 for the linear law too, and x0 on the way that led to the present place: the work of a contact that opens or closes within the step is its own.
   double secant(double x0, double x1, double& derivative) const;
 };
 

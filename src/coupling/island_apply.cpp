@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "coupling/island_body.hpp"
+#include "coupling/touch_bed.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -180,7 +181,7 @@ void IslandStepper::book(double h) {
     // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
     const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
     pending_.friction_work -= slip_work + stretch;
-    const double crushed = t.normal_law.work(t.indentation) - t.normal_law.stored(t.indentation);
+    const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
     pending_.damping_work += crushed;
     // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
     (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -= normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed;
@@ -298,7 +299,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   }
   if (t.stiffness > 0) {
     memory.normal_energy = normal_energy_at_end(t);
-    memory.crushed = t.normal_law.crushed_after(t.indentation);
+    memory.crushed = std::max(0.0, t.normal_law.crushed_after(t.indentation));
     memory.place = t.at.point_a;
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
@@ -309,6 +310,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
   }
+  reopen_crater(memory, list);
   if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
 }
 
@@ -332,7 +334,9 @@ void IslandStepper::commit(double t_end, double h) {
   // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
   for (auto* memory : memories) {
     for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
-    std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside; });
+    std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
+    for (ContactMemory& m : *memory)
+      if (is_crater(m)) m.force = m.shear = Vec3::Zero(), m.normal_energy = m.shear_energy = m.stiffness = m.indentation = 0;
   }
   for (const Body& b : bodies_) shrink_births(b.block);
   for (const Touch& t : touches_)

@@ -7,6 +7,7 @@
 #include "contact/impact_damping.hpp"
 #include "contact/node_surface.hpp"
 #include "contact/skin_block.hpp"
+#include "coupling/touch_bed.hpp"
 
 namespace talus::coupling {
 
@@ -297,6 +298,13 @@ void relieve(Touch& t, double compliance) {
   t.normal_law.stiffness = t.stiffness;
 }
 
+/// What the touches of a bed need of the state.
+void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, const std::vector<ContactMemory>& memory, std::span<Touch> touches) {
+  for (Touch& t : touches) t.approach = t.at.normal.dot(point_velocity(s, pair.b, t.at.point_b) - partner_velocity(s, env, pair.a, t.at));
+  spare_newborn(touches, memory, pair.a.id());
+  share_dashpots(m, pair, touches);
+}
+
 }  // namespace
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
@@ -307,6 +315,15 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const auto kb = static_cast<std::size_t>(pair.b);
   const Polyhedron& shape_b = *m.blocks[kb].shape;
   const Pose pose_b = dda::pose(s, pair.b);
+  if (pair.a.kind == Partner::Kind::structure) {
+    const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
+    const ContactLaw& law = env.laws(part.material, m.blocks[kb].material);
+    if (!part.fixed_surface && is_bed(law)) {
+      find_bed(part.index->surface(), *part.index, pair, law, shape_b, pose_b, margin, history[kb], out);
+      finish_bed(m, s, env, pair, history[kb], std::span(out).subspan(first));
+      return;
+    }
+  }
   switch (pair.a.kind) {
     case Partner::Kind::block:
       contact::block_block(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, dda::pose(s, pair.a.index), shape_b, pose_b,
@@ -412,7 +429,7 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
       t.stiffness = t.law->normal_stiffness * share;
       t.shear_stiffness = t.law->shear_stiffness * share;
     }
-    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, last != nullptr ? last->crushed : 0.0};
+    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, last != nullptr ? last->crushed : 0.0, nullptr};
     hold_on(t, last, false);
     if (t.stiffness > 0 && t.law->damping_ratio > 0) t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
     t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, partner, t.at));

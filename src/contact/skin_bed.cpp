@@ -1,0 +1,269 @@
+#include "contact/skin_bed.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+#include "contact/narrow_math.hpp"
+#include "contact/surface_index.hpp"
+
+namespace talus::contact {
+namespace {
+
+constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
+constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
+constexpr double steep = 1e-3;          // facets of the block steeper than this against the normal show no area
+
+using Polygon = std::vector<Vec3>;      // (u, v, depth) in the face's axes
+
+/// One quadrilateral of the skin with axes of its own.
+struct Face {
+  int first = 0;                  // of its four triangles
+  Vec3 centre, normal, u, v;
+  Vec3 corner[4];                 // in its axes
+  Vec3 local(const Vec3& x) const { return {u.dot(x - centre), v.dot(x - centre), -normal.dot(x - centre)}; }
+  Vec3 place(const Vec3& p) const { return centre + p.x() * u + p.y() * v; }
+};
+
+Face face_at(const TriangleSurface& s, int first) {
+  Face f;
+  f.first = first;
+  Vec3 x[4];
+  for (int k = 0; k < 4; ++k) x[k] = s.vertices[static_cast<std::size_t>(s.triangles[static_cast<std::size_t>(first + k)][0])];
+  f.centre = 0.25 * (x[0] + x[1] + x[2] + x[3]);
+  f.normal = (x[2] - x[0]).cross(x[3] - x[1]).normalized();
+  f.u = (x[1] - x[0] + x[2] - x[3]);
+  f.u = (f.u - f.normal * f.normal.dot(f.u)).normalized();
+  f.v = f.normal.cross(f.u);
+  for (int k = 0; k < 4; ++k) f.corner[k] = f.local(x[k]);
+  return f;
+}
+
+/// Keeps of the polygon where a linear function of (u, v, depth) is not negative.
+template <class Function>
+void keep(Polygon& polygon, Polygon& next, const Function& value) {
+  next.clear();
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const double va = value(a), vb = value(b);
+    if (va >= 0) next.push_back(a);
+    if ((va >= 0) != (vb >= 0)) next.push_back(a + va / (va - vb) * (b - a));
+  }
+  polygon.swap(next);
+}
+
+double fan_area(const Polygon& p, std::size_t i) {
+  const Vec3 a = p[i] - p[0], b = p[i + 1] - p[0];
+  return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
+}
+
+/// A plane piece of the block's lower surface over one face.
+struct Piece {
+  std::size_t face;
+  Polygon polygon;
+  bool sunk;
+};
+
+/// Faces that the block sinks into along nearly the same normal.
+struct Direction {
+  Vec3 normal;
+  double area = 0, volume = 0;       // sunk in
+  Vec3 moment = Vec3::Zero();
+  double near_area = 0;              // above, within reach
+  Vec3 near_moment = Vec3::Zero();
+  double mean_depth() const { return area > 0 ? volume / area : 0; }
+  Vec3 middle() const { return area > 0 ? Vec3(moment / area) : Vec3(near_moment / near_area); }
+};
+
+class BedFinder {
+ public:
+  BedFinder(const SurfaceIndex& index, const Polyhedron& block, const Pose& pose, double reach, double yield) : s_(index.impl()), block_(block), reach_(reach), yield_(yield) {
+    for (const Vec3& x : block.vertices) x_.push_back(pose.world(x));
+    const Mat3 cof = narrow::cofactor(pose.F);
+    for (const Vec3& n : block.face_normals) normal_.push_back((cof * n).normalized());
+    const Box3 box = bounds(block, pose, reach);
+    std::vector<int> first;
+    s_.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
+                     [&](int t) {
+                       if (s_.triangle_box(t).intersects(box)) first.push_back(4 * (t / 4));
+                       return true;
+                     });
+    std::sort(first.begin(), first.end());
+    first.erase(std::unique(first.begin(), first.end()), first.end());
+    for (const int t : first) faces_.push_back(face_at(s_.surface, t));
+  }
+
+  void run(std::vector<Footprint>& out) {
+    for (std::size_t f = 0; f < faces_.size(); ++f) cover(f);
+    measure();
+    for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
+      while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
+      const Direction& d = directions_[direction_[pieces_[i].face]];
+      if (d.area + d.near_area > 0 && !across(d)) divide(std::span(pieces_).subspan(i, last - i), d, out);
+    }
+    std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.face != b.face ? a.face < b.face : a.sector < b.sector; });
+  }
+
+ private:
+  /// The block's facets that look down on a face, clipped by it and cut where they pass through it.
+  void cover(std::size_t f) {
+    const Face& face = faces_[f];
+    local_.clear();
+    double highest = std::numeric_limits<double>::infinity(), deepest = -highest;
+    for (const Vec3& x : x_) {
+      local_.push_back(face.local(x));
+      highest = std::min(highest, local_.back().z());
+      deepest = std::max(deepest, local_.back().z());
+    }
+    if (highest >= 0 || deepest < -reach_) return;   // wholly below: on the structure's other side
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    for (const Vec3& c : face.corner)
+      for (int k = 0; k < 2; ++k) low[k] = std::min(low[k], c[k]), high[k] = std::max(high[k], c[k]);
+    for (std::size_t k = 0; k < block_.triangles.size(); ++k) {
+      if (normal_[static_cast<std::size_t>(block_.triangle_face[k])].dot(face.normal) > -steep) continue;
+      const auto& t = block_.triangles[k];
+      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])], &c = local_[static_cast<std::size_t>(t[2])];
+      const Vec3 least = a.cwiseMin(b).cwiseMin(c), most = a.cwiseMax(b).cwiseMax(c);
+      if (least.x() > high[0] || most.x() < low[0] || least.y() > high[1] || most.y() < low[1] || most.z() < -reach_) continue;
+      if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
+      polygon_.assign({a, b, c});
+      for (int side = 0; side < 4 && !polygon_.empty(); ++side) {
+        const Vec3 &from = face.corner[side], edge = face.corner[(side + 1) % 4] - from;
+        keep(polygon_, next_, [&](const Vec3& x) { return edge.x() * (x.y() - from.y()) - edge.y() * (x.x() - from.x()); });
+      }
+      if (polygon_.size() < 3) continue;
+      slice(f, -reach_, 0);
+      slice(f, 0, yield_);
+      if (std::isfinite(yield_)) slice(f, yield_, INFINITY);
+    }
+  }
+
+  /// Adds what of the polygon lies between two depths: within a piece the force per area is linear.
+  void slice(std::size_t face, double from, double to) {
+    part_ = polygon_;
+    keep(part_, next_, [&](const Vec3& x) { return x.z() - from; });
+    if (std::isfinite(to)) keep(part_, next_, [&](const Vec3& x) { return to - x.z(); });
+    if (part_.size() >= 3) pieces_.push_back({face, part_, from >= 0});
+  }
+
+  void measure() {
+    direction_.assign(faces_.size(), 0);
+    std::size_t last = faces_.size();
+    for (const Piece& p : pieces_) {
+      const Face& face = faces_[p.face];
+      if (p.face != last) {
+        last = p.face;
+        std::size_t d = 0;
+        while (d < directions_.size() && directions_[d].normal.dot(face.normal) < one_direction) ++d;
+        if (d == directions_.size()) directions_.emplace_back().normal = face.normal;
+        direction_[p.face] = d;
+      }
+      Direction& d = directions_[direction_[p.face]];
+      for (std::size_t i = 1; i + 1 < p.polygon.size(); ++i) {
+        const double area = fan_area(p.polygon, i);
+        const Vec3 centre = (p.polygon[0] + p.polygon[i] + p.polygon[i + 1]) / 3;
+        (p.sunk ? d.area : d.near_area) += area;
+        (p.sunk ? d.moment : d.near_moment) += area * face.place(centre);
+        if (p.sunk) d.volume += area * centre.z();
+      }
+    }
+  }
+
+  /// True where the block is deeper than wide while it is less deep in another direction: there it lies across an edge of the structure, and presses on
+  /// the other face.
+  bool across(const Direction& d) const {
+    const double depth = d.mean_depth();
+    if (depth <= 0.1 * block_.inradius || depth * depth <= d.area) return false;
+    return std::any_of(directions_.begin(), directions_.end(), [&](const Direction& e) { return e.area > 0 && e.mean_depth() < 0.5 * depth; });
+  }
+
+  /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
+  void divide(std::span<const Piece> pieces, const Direction& d, std::vector<Footprint>& out) {
+    const Face& face = faces_[pieces.front().face];
+    // Two directions that depend on the normal alone.
+    int least = 0;
+    d.normal.cwiseAbs().minCoeff(&least);
+    const Vec3 along = d.normal.cross(Vec3::Unit(least)).normalized(), other = d.normal.cross(along);
+    const Vec3 middle = face.local(d.middle());
+    const Vec3 across[2] = {Vec3(face.u.dot(along), face.v.dot(along), 0), Vec3(face.u.dot(other), face.v.dot(other), 0)};
+    bool whole[2];
+    double side[2];
+    for (int k = 0; k < 2; ++k) {
+      double low = INFINITY, high = -INFINITY;
+      for (const Piece& p : pieces)
+        for (const Vec3& x : p.polygon) low = std::min(low, across[k].dot(x - middle)), high = std::max(high, across[k].dot(x - middle));
+      side[k] = low + high;
+      whole[k] = std::min(-low, high) < inner * (high - low);
+    }
+    for (int sector = 0; sector < 4; ++sector) {
+      const double sign[2] = {(sector & 1) != 0 ? -1.0 : 1.0, (sector & 2) != 0 ? -1.0 : 1.0};
+      if ((whole[0] && side[0] * sign[0] < 0) || (whole[1] && side[1] * sign[1] < 0)) continue;
+      for (const Piece& p : pieces) {
+        part_ = p.polygon;
+        for (int k = 0; k < 2; ++k)
+          if (!whole[k]) keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
+        if (part_.size() >= 3) add(face, sector, part_, out);
+      }
+    }
+  }
+
+  void add(const Face& face, int sector, const Polygon& polygon, std::vector<Footprint>& out) const {
+    const int id = s_.surface.parent_face[static_cast<std::size_t>(face.first)];
+    auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.face == id && q.sector == sector; });
+    for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
+      const double area = fan_area(polygon, i);
+      if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
+      if (part == out.rend()) {
+        out.push_back({id, face.first, sector, face.normal, -std::numeric_limits<double>::infinity(), {}});
+        part = out.rbegin();
+      }
+      part->deepest = std::max({part->deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
+      for (const auto& [a, b, c] : {std::array{std::size_t{0}, i, i + 1}, {i, i + 1, std::size_t{0}}, {i + 1, std::size_t{0}, i}}) {   // exact for squares of the depth
+        const Vec3 x = (4 * polygon[a] + polygon[b] + polygon[c]) / 6;
+        part->columns.push_back({area / 3, x.z(), face.place(x)});
+      }
+    }
+  }
+
+  const SurfaceIndex::Impl& s_;
+  const Polyhedron& block_;
+  double reach_, yield_;
+  std::vector<Vec3> x_, normal_, local_;
+  std::vector<Face> faces_;
+  std::vector<Piece> pieces_;
+  std::vector<Direction> directions_;
+  std::vector<std::size_t> direction_;   // per face
+  Polygon polygon_, part_, next_;
+};
+
+}  // namespace
+
+void skin_bed(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double reach, double yield, std::vector<Footprint>& out) {
+  std::vector<Footprint> found;
+  BedFinder(index, B, pose_b, reach, yield).run(found);
+  out.insert(out.end(), std::make_move_iterator(found.begin()), std::make_move_iterator(found.end()));
+}
+
+int triangle_of_face(const TriangleSurface& skin, int first, Vec3& x) {
+  int best = first;
+  double most = -std::numeric_limits<double>::infinity();
+  Vec3 on = x;
+  for (int t = first; t < first + 4; ++t) {
+    const auto& v = skin.triangles[static_cast<std::size_t>(t)];
+    const Vec3 &a = skin.vertices[static_cast<std::size_t>(v[0])], &b = skin.vertices[static_cast<std::size_t>(v[1])], &c = skin.vertices[static_cast<std::size_t>(v[2])];
+    const Vec3 n = (b - a).cross(c - a);
+    Vec3 l = Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / n.squaredNorm();
+    if (!(l.minCoeff() > most)) continue;
+    most = l.minCoeff();
+    l = l.cwiseMax(0.0);
+    l /= l.sum();
+    on = l[0] * a + l[1] * b + l[2] * c;
+    best = t;
+  }
+  x = on;
+  return best;
+}
+
+}  // namespace talus::contact

@@ -1,0 +1,30 @@
+/// What of a block lies below the faces of a structure's skin, or so little above them that it may within the step: its lower surface seen along each face's
+/// normal, clipped by the face. Areas across the normal, depths and their first and second moments are exact for plane facets.
+///
+/// A face's share is cut in up to four parts by two lines through the middle of all that has sunk in along nearly the same normal (within 25 degrees), so
+/// that a block smaller than a face rests on four places, too.
+#pragma once
+#include <limits>
+
+#include "contact/bed.hpp"
+#include "contact/detect.hpp"
+
+namespace talus::contact {
+
+struct Footprint {
+  int face = 0;      // quadrilateral of the skin (TriangleSurface::parent_face)
+  int triangle = 0;  // the first of its four
+  int sector = 0;    // 0 to 3, by the signs across the two lines
+  Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
+  double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]
+  std::vector<Column> columns;
+};
+
+/// Appends the parts of block B with columns deeper than -reach, ordered by face and sector. `yield`: depth at which a column crushes, where pieces are cut so
+/// that the force is exact [m].
+void skin_bed(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double reach, double yield, std::vector<Footprint>& out);
+
+/// The triangle of the quadrilateral whose first one is given that a point of it lies on, and that point moved onto it.
+int triangle_of_face(const TriangleSurface& skin, int first, Vec3& x);
+
+}  // namespace talus::contact
