@@ -103,7 +103,7 @@ class BedFinder {
       const Direction& d = directions_[direction_[pieces_[i].face]];
       if (d.area + d.near_area > 0 && !across(d)) divide(std::span(pieces_).subspan(i, last - i), d, out);
     }
-    std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.face != b.face ? a.face < b.face : a.sector < b.sector; });
+    std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
 
  private:
@@ -210,13 +210,12 @@ class BedFinder {
   }
 
   void add(const Face& face, int sector, const Polygon& polygon, std::vector<Footprint>& out) const {
-    const int id = s_.surface.parent_face[static_cast<std::size_t>(face.first)];
-    auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.face == id && q.sector == sector; });
+    auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
-        out.push_back({id, face.first, sector, face.normal, -std::numeric_limits<double>::infinity(), {}});
+        out.push_back({face.first, sector, face.normal, -std::numeric_limits<double>::infinity(), {}});
         part = out.rbegin();
       }
       part->deepest = std::max({part->deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});

@@ -12,8 +12,7 @@
 namespace talus::contact {
 
 struct Footprint {
-  int face = 0;      // quadrilateral of the skin (TriangleSurface::parent_face)
-  int triangle = 0;  // the first of its four
+  int triangle = 0;  // of the skin's face, the first of its four
   int sector = 0;    // 0 to 3, by the signs across the two lines
   Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
   double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]

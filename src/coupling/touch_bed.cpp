@@ -1,6 +1,7 @@
 #include "coupling/touch_bed.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,10 +12,24 @@ namespace {
 
 constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10;   // in the upper bits of the key
 constexpr double same_direction = 0.9;
-constexpr double late = 1.5;   // times as deep as the pair was: found late
+constexpr double late = 1.5;   // times as compressed as the pair was: what a face may have that has just been reached
 
 std::uint64_t face_of(std::uint64_t feature) { return feature >> 2; }
 bool of_bed(const ContactMemory& m) { return m.feature >> 60 == elastic_kind || m.feature >> 60 == crushing_kind; }
+
+/// Names a face by its nodes, which it keeps when others break out beside it; 58 bits.
+std::uint64_t name_of(const TriangleSurface& skin, int first) {
+  std::array<int, 4> node = skin.nodes[static_cast<std::size_t>(skin.triangles[static_cast<std::size_t>(first)][2])].node;
+  std::sort(node.begin(), node.end());
+  std::uint64_t name = 0;
+  for (const int n : node) {   // splitmix64
+    name += static_cast<std::uint64_t>(n) + 0x9e3779b97f4a7c15ULL;
+    name = (name ^ (name >> 30)) * 0xbf58476d1ce4e5b9ULL;
+    name = (name ^ (name >> 27)) * 0x94d049bb133111ebULL;
+    name ^= name >> 31;
+  }
+  return name >> 6;
+}
 
 /// Centre of pressure; of what does not press yet of its area.
 Vec3 centre_of(const std::vector<contact::Column>& columns, double most, double limit) {
@@ -32,14 +47,15 @@ Vec3 centre_of(const std::vector<contact::Column>& columns, double most, double 
 struct Past {
   const ContactMemory* same = nullptr;   // this very part
   bool face = false;                     // some part of this face
-  double crushed = 0, deepest = 0;
+  double crushed = 0;
+  double compressed = 0;                 // most of all in this direction
 };
 
 Past recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t feature, const Vec3& normal) {
   Past past;
   for (const ContactMemory& m : memory) {
     if (m.partner != partner || !of_bed(m)) continue;
-    if (m.normal.dot(normal) > same_direction) past.deepest = std::max(past.deepest, m.indentation);
+    if (m.normal.dot(normal) > same_direction) past.compressed = std::max(past.compressed, m.indentation - m.crushed);
     if (face_of(m.feature) != face_of(feature)) continue;
     past.face = true;
     past.crushed = std::max(past.crushed, m.crushed);
@@ -71,15 +87,15 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
   double face_deepest = 0;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     const contact::Footprint& part = parts[i];
-    if (i == 0 || parts[i - 1].face != part.face) {
+    if (i == 0 || parts[i - 1].triangle != part.triangle) {
       face_deepest = -std::numeric_limits<double>::infinity();
-      for (std::size_t k = i; k < parts.size() && parts[k].face == part.face; ++k) face_deepest = std::max(face_deepest, parts[k].deepest);
+      for (std::size_t k = i; k < parts.size() && parts[k].triangle == part.triangle; ++k) face_deepest = std::max(face_deepest, parts[k].deepest);
     }
     Touch t;
     t.a = pair.a;
     t.b = pair.b;
     t.law = &law;
-    t.at.key = ((crushes ? crushing_kind : elastic_kind) << 60) | static_cast<std::uint64_t>(4 * static_cast<std::int64_t>(part.face) + part.sector);
+    t.at.key = ((crushes ? crushing_kind : elastic_kind) << 60) | (name_of(skin, part.triangle) << 2) | static_cast<std::uint64_t>(part.sector);
     t.at.normal = part.normal;
     double sunk = 0, all = 0;
     for (const contact::Column& c : part.columns) {
@@ -88,7 +104,7 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
     }
     const Past past = recall(memory, pair.a.id(), t.at.key, part.normal);
     double crushed = past.crushed;
-    if (!past.face && face_deepest > late * past.deepest + margin) crushed = face_deepest;
+    if (!past.face) crushed = std::max(0.0, face_deepest - late * past.compressed - margin);
     t.normal_law.law = &law;
     t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, part.deepest, law.normal_stiffness, limit, face_deepest, crushed);
     t.at.gap = -part.deepest;
