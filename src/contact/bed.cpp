@@ -5,23 +5,29 @@
 
 namespace talus::contact {
 
-Bed::Bed(const std::vector<Column>& columns, double start, double stiffness, double limit, double deepest, double crushed)
+Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed)
     : start_(start), limit_(limit), beyond_(deepest - start), crushed_(crushed) {
   springs_.reserve(columns.size());
-  for (const Column& c : columns) springs_.push_back({stiffness * c.area, std::min({c.depth, deepest - crushed, limit})});
+  double all = 0, gains = 0;
+  for (const Column& c : columns) {
+    springs_.push_back({stiffness * c.area, std::min({c.depth, deepest - crushed, limit}), c.lift.dot(normal)});
+    all += c.area;
+    gains += c.area * springs_.back().gain;
+  }
+  if (all > 0) gain_ = gains / all;
 }
 
 double Bed::force(double x) const {
   double f = 0;
-  for (const Spring& s : springs_) f += s.stiffness * std::clamp(s.compression + x - start_, 0.0, limit_);
+  for (const Spring& s : springs_) f += s.stiffness * s.gain * std::clamp(compression(s, x), 0.0, limit_);
   return f;
 }
 
 double Bed::slope(double x) const {
   double k = 0;
   for (const Spring& s : springs_) {
-    const double compression = s.compression + x - start_;
-    if (compression >= 0 && compression < limit_) k += s.stiffness;
+    const double c = compression(s, x);
+    if (c >= 0 && c < limit_) k += s.stiffness * s.gain * s.gain;
   }
   return k;
 }
@@ -29,8 +35,8 @@ double Bed::slope(double x) const {
 double Bed::work(double x) const {
   double w = 0;
   for (const Spring& s : springs_) {
-    const double compression = s.compression + x - start_, elastic = std::clamp(compression, 0.0, limit_);
-    w += s.stiffness * elastic * (0.5 * elastic + std::max(0.0, compression - elastic));
+    const double c = compression(s, x), elastic = std::clamp(c, 0.0, limit_);
+    w += s.stiffness * elastic * (0.5 * elastic + std::max(0.0, c - elastic));
   }
   return w;
 }
@@ -38,7 +44,7 @@ double Bed::work(double x) const {
 double Bed::stored(double x) const {
   double w = 0;
   for (const Spring& s : springs_) {
-    const double elastic = std::clamp(s.compression + x - start_, 0.0, limit_);
+    const double elastic = std::clamp(compression(s, x), 0.0, limit_);
     w += 0.5 * s.stiffness * elastic * elastic;
   }
   return w;
@@ -47,7 +53,7 @@ double Bed::stored(double x) const {
 double Bed::before(double x) const {
   double w = crushing_before(x);
   for (const Spring& s : springs_) {
-    const double elastic = yields(s) && x < start_ ? limit_ : std::clamp(s.compression + x - start_, 0.0, limit_);
+    const double elastic = yields(s) && s.gain * (x - start_) < 0 ? limit_ : std::clamp(compression(s, x), 0.0, limit_);
     w += 0.5 * s.stiffness * elastic * elastic;
   }
   return w;
@@ -56,13 +62,14 @@ double Bed::before(double x) const {
 double Bed::crushing_before(double x) const {
   double w = 0;
   for (const Spring& s : springs_)
-    if (yields(s) && x < start_) w += s.stiffness * limit_ * (x - start_);
+    if (yields(s) && s.gain * (x - start_) < 0) w += s.stiffness * limit_ * s.gain * (x - start_);
   return w;
 }
 
 double Bed::crushed_after(double x) const {
+  const double deepest = start_ + beyond_ + gain_ * (x - start_);
   // What an elastic bed lets lie unloaded comes back as the block leaves it.
-  return std::isinf(limit_) ? std::min(crushed_, std::max(x + beyond_, 0.0)) : std::max(crushed_, x + beyond_ - limit_);
+  return std::isinf(limit_) ? std::min(crushed_, std::max(deepest, 0.0)) : std::max(crushed_, deepest - limit_);
 }
 
 }  // namespace talus::contact

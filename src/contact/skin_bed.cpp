@@ -14,7 +14,7 @@ namespace {
 
 constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
 constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
-constexpr double steep = 1e-3;          // facets of the block steeper than this against the normal show no area
+constexpr double steep = 0.02;          // facets of the block steeper than this against the normal show no area
 
 using Polygon = std::vector<Vec3>;      // (u, v, depth) in the face's axes
 
@@ -63,6 +63,7 @@ double fan_area(const Polygon& p, std::size_t i) {
 struct Piece {
   std::size_t face;
   Polygon polygon;
+  Vec3 lift;
   bool sunk;
 };
 
@@ -98,6 +99,7 @@ class BedFinder {
   void run(std::vector<Footprint>& out) {
     for (std::size_t f = 0; f < faces_.size(); ++f) cover(f);
     measure();
+    edge_ = std::count_if(directions_.begin(), directions_.end(), [](const Direction& d) { return d.area > 0; }) > 1;
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
@@ -128,6 +130,8 @@ class BedFinder {
       const Vec3 least = a.cwiseMin(b).cwiseMin(c), most = a.cwiseMax(b).cwiseMax(c);
       if (least.x() > high[0] || most.x() < low[0] || least.y() > high[1] || most.y() < low[1] || most.z() < -reach_) continue;
       if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
+      const Vec3& facet = normal_[static_cast<std::size_t>(block_.triangle_face[k])];
+      lift_ = facet / facet.dot(face.normal);
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side) {
         const Vec3 &from = face.corner[side], edge = face.corner[(side + 1) % 4] - from;
@@ -145,7 +149,7 @@ class BedFinder {
     part_ = polygon_;
     keep(part_, next_, [&](const Vec3& x) { return x.z() - from; });
     if (std::isfinite(to)) keep(part_, next_, [&](const Vec3& x) { return to - x.z(); });
-    if (part_.size() >= 3) pieces_.push_back({face, part_, from >= 0});
+    if (part_.size() >= 3) pieces_.push_back({face, part_, lift_, from >= 0});
   }
 
   void measure() {
@@ -171,12 +175,14 @@ class BedFinder {
     }
   }
 
-  /// True where the block is deeper than wide while it is less deep in another direction: there it lies across an edge of the structure, and presses on
-  /// the other face.
+  /// True where the block lies across a convex edge of the structure, by far less deep below the face on the other side of it: it presses there, and the same
+  /// overlap is not counted twice.
   bool across(const Direction& d) const {
-    const double depth = d.mean_depth();
-    if (depth <= 0.1 * block_.inradius || depth * depth <= d.area) return false;
-    return std::any_of(directions_.begin(), directions_.end(), [&](const Direction& e) { return e.area > 0 && e.mean_depth() < 0.5 * depth; });
+    return std::any_of(directions_.begin(), directions_.end(), [&](const Direction& e) {
+      if (!(e.area > 0) || !(d.area > 0) || 2 * e.mean_depth() >= d.mean_depth() || e.normal.dot(d.normal) < -0.5) return false;
+      const Vec3 apart = d.middle() - e.middle();
+      return e.normal.dot(apart) < e.mean_depth() && -d.normal.dot(apart) < d.mean_depth();
+    });
   }
 
   /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
@@ -204,24 +210,24 @@ class BedFinder {
         part_ = p.polygon;
         for (int k = 0; k < 2; ++k)
           if (!whole[k]) keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
-        if (part_.size() >= 3) add(face, sector, part_, out);
+        if (part_.size() >= 3) add(face, sector, part_, p.lift, out);
       }
     }
   }
 
-  void add(const Face& face, int sector, const Polygon& polygon, std::vector<Footprint>& out) const {
+  void add(const Face& face, int sector, const Polygon& polygon, const Vec3& lift, std::vector<Footprint>& out) const {
     auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
-        out.push_back({face.first, sector, face.normal, -std::numeric_limits<double>::infinity(), {}});
+        out.push_back({face.first, sector, face.normal, edge_, -std::numeric_limits<double>::infinity(), {}});
         part = out.rbegin();
       }
       part->deepest = std::max({part->deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
       for (const auto& [a, b, c] : {std::array{std::size_t{0}, i, i + 1}, {i, i + 1, std::size_t{0}}, {i + 1, std::size_t{0}, i}}) {   // exact for squares of the depth
         const Vec3 x = (4 * polygon[a] + polygon[b] + polygon[c]) / 6;
-        part->columns.push_back({area / 3, x.z(), face.place(x)});
+        part->columns.push_back({area / 3, x.z(), face.place(x), lift});
       }
     }
   }
@@ -229,12 +235,14 @@ class BedFinder {
   const SurfaceIndex::Impl& s_;
   const Polyhedron& block_;
   double reach_, yield_;
+  bool edge_ = false;
   std::vector<Vec3> x_, normal_, local_;
   std::vector<Face> faces_;
   std::vector<Piece> pieces_;
   std::vector<Direction> directions_;
   std::vector<std::size_t> direction_;   // per face
   Polygon polygon_, part_, next_;
+  Vec3 lift_;
 };
 
 }  // namespace

@@ -144,7 +144,7 @@ void IslandStepper::book(double h) {
   for (const Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero();   // mean relative velocity, split by side
+    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero();   // mean relative velocity, split by side; that at the end
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       const int n = problem_.bodies[static_cast<std::size_t>(term.body)].ndof;
@@ -152,11 +152,13 @@ void IslandStepper::book(double h) {
       if (term.body < static_cast<int>(bodies_.size())) {
         const Body& b = bodies_[static_cast<std::size_t>(term.body)];
         blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(n);
+        last += j * b.v_solved.head(n);
       } else {
         // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
         const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
         const Eigen::Map<const VecX> end(problem_.v.data() + offset, n);
         const std::size_t part = static_cast<std::size_t>(term.body) - bodies_.size();
+        last += j * end;
         if (condensed_) structure += j * (0.5 * (skins_[part].v_before + end));
         else structure += j * (0.5 * (nodes_[part].v_before + end));
       }
@@ -180,7 +182,20 @@ void IslandStepper::book(double h) {
     }
     // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
     const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
-    pending_.friction_work -= slip_work + stretch;
+    if (leapfrog(t) && t.shear_stiffness == 0) {
+      // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
+      const double slipped = std::max(0.0, -c.impulse.tail<2>().dot(last.tail<2>()));
+      pending_.friction_work += slipped;
+      pending_.algorithmic -= slip_work + slipped;
+    } else if (leapfrog(t)) {
+      const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+      const Vec3 end = shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * last.tail<2>());
+      const double slipped = slides ? std::max(0.0, t.shear_stiffness * end.dot(moved - end)) : 0.0;
+      pending_.friction_work += slipped;
+      pending_.algorithmic -= slip_work + stretch + slipped;
+    } else {
+      pending_.friction_work -= slip_work + stretch;
+    }
     const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
     pending_.damping_work += crushed;
     // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.

@@ -11,7 +11,6 @@ namespace talus::coupling {
 namespace {
 
 constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10;   // in the upper bits of the key
-constexpr double same_direction = 0.9;
 constexpr double late = 1.5;   // times as compressed as the pair was: what a face may have that has just been reached
 
 std::uint64_t face_of(std::uint64_t feature) { return feature >> 2; }
@@ -31,31 +30,43 @@ std::uint64_t name_of(const TriangleSurface& skin, int first) {
   return name >> 6;
 }
 
-/// Centre of pressure; of what does not press yet of its area.
-Vec3 centre_of(const std::vector<contact::Column>& columns, double most, double limit) {
-  Vec3 pressed = Vec3::Zero(), all = Vec3::Zero();
-  double force = 0, area = 0;
-  for (const contact::Column& c : columns) {
-    const double f = c.area * std::clamp(std::min(c.depth, most), 0.0, limit);
-    force += f, pressed += f * c.place;
-    area += c.area, all += c.area * c.place;
-  }
-  return force > 0 ? Vec3(pressed / force) : Vec3(all / area);
+/// Where a part presses and which way; of what does not press yet by its area.
+struct Resultant {
+  Vec3 normal, point;   // the point: where its line of action meets the face
+};
+
+Resultant resultant(const contact::Footprint& part, double most, double limit) {
+  Vec3 lift = Vec3::Zero(), moment = Vec3::Zero();
+  double depth = 0, force = 0;
+  const auto sum = [&](const auto& pressure) {
+    for (const contact::Column& c : part.columns) {
+      const double f = c.area * pressure(c);
+      force += f, depth += f * c.depth, moment += f * c.place, lift += f * c.lift;
+    }
+  };
+  sum([&](const contact::Column& c) { return std::clamp(std::min(c.depth, most), 0.0, limit); });
+  if (!(force > 0)) sum([](const contact::Column&) { return 1.0; });
+  Resultant r{part.normal, moment / force};
+  if (!part.edge) return r;
+  r.normal = lift.normalized();
+  const double up = r.normal.dot(part.normal);
+  r.point += depth / force * (r.normal / up - part.normal);
+  return r;
 }
 
-/// What a pair remembers of one face and of the direction that it presses in.
+/// What a pair remembers of one face.
 struct Past {
   const ContactMemory* same = nullptr;   // this very part
   bool face = false;                     // some part of this face
   double crushed = 0;
-  double compressed = 0;                 // most of all in this direction
+  double compressed = 0;                 // most of all its faces
 };
 
-Past recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t feature, const Vec3& normal) {
+Past recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t feature) {
   Past past;
   for (const ContactMemory& m : memory) {
     if (m.partner != partner || !of_bed(m)) continue;
-    if (m.normal.dot(normal) > same_direction) past.compressed = std::max(past.compressed, m.indentation - m.crushed);
+    past.compressed = std::max(past.compressed, m.indentation - m.crushed);
     if (face_of(m.feature) != face_of(feature)) continue;
     past.face = true;
     past.crushed = std::max(past.crushed, m.crushed);
@@ -96,23 +107,24 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
     t.b = pair.b;
     t.law = &law;
     t.at.key = ((crushes ? crushing_kind : elastic_kind) << 60) | (name_of(skin, part.triangle) << 2) | static_cast<std::uint64_t>(part.sector);
-    t.at.normal = part.normal;
     double sunk = 0, all = 0;
     for (const contact::Column& c : part.columns) {
       all += c.area;
       if (c.depth > 0) sunk += c.area;
     }
-    const Past past = recall(memory, pair.a.id(), t.at.key, part.normal);
+    const Past past = recall(memory, pair.a.id(), t.at.key);
     double crushed = past.crushed;
     if (!past.face) crushed = std::max(0.0, face_deepest - late * past.compressed - margin);
     t.normal_law.law = &law;
-    t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, part.deepest, law.normal_stiffness, limit, face_deepest, crushed);
+    const Resultant r = resultant(part, face_deepest - crushed, limit);
+    t.at.normal = r.normal;
+    t.at.point_a = r.point;
+    t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, r.normal, part.deepest, law.normal_stiffness, limit, face_deepest, crushed);
     t.at.gap = -part.deepest;
     t.at.area = sunk > 0 ? sunk : all;
     t.stiffness = t.normal_law.stiffness = law.normal_stiffness * t.at.area;
     t.normal_law.limit = law.crushing_pressure * t.at.area;
     t.shear_stiffness = law.shear_stiffness * t.at.area;
-    t.at.point_a = centre_of(part.columns, face_deepest - crushed, limit);
     t.at.face_a = contact::triangle_of_face(skin, part.triangle, t.at.point_a);
     t.at.point_b = t.at.point_a + t.at.gap * t.at.normal;
     if (const ContactMemory* last = past.same) {
