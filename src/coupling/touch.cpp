@@ -302,7 +302,7 @@ void relieve(Touch& t, double compliance) {
 void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, const std::vector<ContactMemory>& memory, std::span<Touch> touches) {
   for (Touch& t : touches) t.approach = t.at.normal.dot(point_velocity(s, pair.b, t.at.point_b) - partner_velocity(s, env, pair.a, t.at));
   spare_newborn(touches, memory, pair.a.id());
-  share_dashpots(m, pair, touches);
+  share_dashpots(m, pair, true, touches);
 }
 
 }  // namespace
