@@ -140,7 +140,7 @@ void IslandStepper::apply(double h) {
 
 void IslandStepper::book(double h) {
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
-  double onset = 0;   // what hard contacts at structures take
+  double onset = 0;   // what hard contacts and dashpots at structures take
   for (const Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
@@ -199,7 +199,9 @@ void IslandStepper::book(double h) {
     const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
     pending_.damping_work += crushed;
     // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
-    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) -= normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed;
+    const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed);
+    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
+    if (t.dashpot > 0 && leapfrog(t)) onset += std::max(0.0, lost);
   }
   each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
     for (int k = 0; k < c.terms; ++k) {
@@ -241,7 +243,7 @@ void IslandStepper::book(double h) {
     if (!b.end_rule && h > 0)
       pending_.algorithmic -= internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
   }
-  // A hard contact at a structure acts at the end of the step, not along it: its work with the mean velocities counts as lost what the block's
+  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, not along it: its work with the mean velocities counts as lost what the block's
   // own energy says was not, so that only the sum of both is known.
   const double overcounted = std::clamp(-pending_.algorithmic, 0.0, std::max(onset, 0.0));
   pending_.damping_work -= overcounted;
