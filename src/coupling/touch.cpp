@@ -429,7 +429,10 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
       t.stiffness = t.law->normal_stiffness * share;
       t.shear_stiffness = t.law->shear_stiffness * share;
     }
-    t.normal_law = {t.law, t.stiffness, t.law->crushing_pressure * t.at.area, last != nullptr ? last->crushed : 0.0, nullptr};
+    t.normal_law.law = t.law;
+    t.normal_law.stiffness = t.stiffness;
+    t.normal_law.limit = t.law->crushing_pressure * t.at.area;
+    t.normal_law.crushed = last != nullptr ? last->crushed : 0.0;
     hold_on(t, last, false);
     if (t.stiffness > 0 && t.law->damping_ratio > 0) t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
     t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, partner, t.at));
