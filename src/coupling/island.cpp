@@ -8,6 +8,9 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
+namespace {
+constexpr double lengthening = 1.02;   // of a step at a structure, at most
+}
 
 IslandStepper::IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
                              ContactHistory& surface_history, const StepSettings& settings)
@@ -380,7 +383,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   while (duration - done > 1e-12 * duration) {
     const double remaining = duration - done;
     const bool lumped = !small || impacts_ > 200;
-    const double expected = std::min(remaining, suggested_ > 0 ? suggested_ : step_limit(remaining, lumped));
+    const double expected = std::min(remaining, suggested_ > 0 ? (with_structure && !condensed_ ? lengthening : 1.0) * suggested_ : step_limit(remaining, lumped));
     if (with_structure && !condensed_ && suggested_ > 0) follow_skins(expected);
     find(expected);
     double h = step_limit(remaining, lumped);
@@ -552,7 +555,8 @@ IslandReport IslandStepper::run(double t, double duration) {
     report_.counters.last_step = taken;
     if (!problem_.contacts.empty() || closed) {
       rest_check(taken);
-      const double penetration = project(taken);
+      // At structures as far as the next step reaches, which then need not search again.
+      const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
       report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
     } else {
       ++report_.counters.flights;
@@ -566,7 +570,6 @@ IslandReport IslandStepper::run(double t, double duration) {
 /// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are lengthened again by little at
 /// a time: a leapfrog whose step jumps near its stable one feeds its highest modes, jump by jump. Short parts of a short stretch bind no later one.
 double IslandStepper::structure_step(double duration, double longest) {
-  constexpr double lengthening = 1.02;
   double stable = std::numeric_limits<double>::infinity();
   for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
   double h = duration / std::ceil(duration / stable * (1 - 1e-12));

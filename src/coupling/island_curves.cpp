@@ -37,19 +37,23 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
 
 /// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in series with the touched
 /// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring the energy.
+/// What a step loses goes with its square: blocks with a part of the largest energy take as many exchanges as the root of that part.
 /// `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
-  std::vector<double> stiffness(bodies_.size(), 0.0);
-  const auto energy = [&](const Body& b) {
-    const auto k = static_cast<std::size_t>(b.block);
-    return model_.blocks[k].mass * state_.v[k].squaredNorm();
-  };
-  double most = 0;
-  for (const Body& b : bodies_) most = std::max(most, energy(b));
+  if (bodies_.empty()) return std::numeric_limits<double>::infinity();   // structures alone
+  constexpr double fewest = 2;   // a step that still resolves the contact's own oscillation
+  std::vector<double> stiffness(bodies_.size(), 0.0), energy(bodies_.size(), 0.0);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(bodies_[i].block);
+    energy[i] = model_.blocks[k].mass * state_.v[k].squaredNorm();
+  }
+  for (const Touch& t : touches_)
+    if (t.b >= 0 && deformable_structure(t)) energy[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])] += 2 * t.stored;
+  const double most = *std::max_element(energy.begin(), energy.end());
   for (const Touch& t : touches_) {
     if (t.b < 0 || !deformable_structure(t) || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
     const auto l = static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]);
-    if (t.stiffness == 0 && energy(bodies_[l]) < 0.01 * most) continue;
+    if (t.stiffness == 0 && energy[l] < 0.01 * most) continue;
     const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
     const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
     stiffness[l] += t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
@@ -58,7 +62,9 @@ double IslandStepper::rise_limit(double ahead) const {
   for (std::size_t i = 0; i < bodies_.size(); ++i)
     if (stiffness[i] > 0) {
       const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
-      limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / stiffness[i]) / settings_.exchanges_per_rise);
+      const double part = most > 0 ? std::sqrt(energy[i] / most) : 1.0;
+      const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
+      limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / stiffness[i]) / exchanges);
     }
   return limit;
 }

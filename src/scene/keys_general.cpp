@@ -79,7 +79,7 @@ std::vector<Key> general_keys() {
       {.path = "coupling.audit", .type = Type::choice, .fallback = "\"report\"",
        .doc = "`strict` fails the run when a gate of the interface audit is broken; `report` only says so.", .choices = {"strict", "report"}},
       {.path = "coupling.exchanges_per_rise", .type = Type::integer, .fallback = "20",
-       .doc = "Least number of exchanges while a contact force rises.", .min = 1, .max = 100000},
+       .doc = "Least number of exchanges while a contact force rises; a block with a part of the largest energy takes as many as the root of that part, at least 2.", .min = 1, .max = 100000},
       {.path = "coupling.fragments", .type = Type::boolean, .fallback = "true",
        .doc = "Parts of a structure that lose their support go on as blocks."},
 
