@@ -46,6 +46,9 @@ bool Search::interior(double distance) {
 
 bool Search::polish(int iterations) {
   if (system.contacts() > DualNewton::most_contacts || best > 1e-2 * settings_->velocity_scale) return false;
+  if (best >= polished_ && iterations <= polished_for_) return false;   // it was there before, and would end where it did
+  polished_ = best;
+  polished_for_ = iterations;
   trial_p_ = best_p;
   const DualOutcome outcome = dual_.run(system, trial_p_, trial_v_, tolerance_, sufficient_, iterations);
   report_->newton += outcome.iterations;
@@ -99,6 +102,8 @@ bool Search::shifted(int rounds, int budget) {
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   settings_ = &settings;
   report_ = &report;
+  polished_ = INFINITY;
+  polished_for_ = 0;
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   hessian_.prepare(system);
@@ -110,13 +115,21 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations over problems of moving
   // heaps). The Newton method finishes, since the regions are known by then.
   report.tier = 'B';
+  double finished = INFINITY;   // the best that was tried last [m/s]
+  int fruitless = 0;            // tries since the best was last halved
   const auto finish = [&] {
     p = best_p;
+    fruitless = best > 0.5 * finished ? fruitless + 1 : 0;
+    if (best >= finished) return false;
+    finished = best;
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
   // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper.
-  const auto contradicted = [&] { return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && report.newton > (system.contacts() <= 60 ? 300 : 150); };
+  const auto contradicted = [&] {
+    const bool tried = system.contacts() <= 60 ? report.newton > 300 || fruitless >= 2 : report.newton > 150;
+    return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
+  };
   p = best_p;
   if (interior(0.5 * best) || finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.

@@ -36,6 +36,8 @@ class Search {
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;   // [m/s]
+  double polished_ = 0;                     // residual from which the last polish started [m/s], and its iterations
+  int polished_for_ = 0;
   Hessian hessian_;
   Newton newton_{hessian_};
   Interior interior_{hessian_};

@@ -160,9 +160,10 @@ bool IslandStepper::solve(double h, Effort effort) {
     return r;
   };
   contact::SolveReport r = attempt();
+  const bool no_better = effort == Effort::last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
   // Where touches contradict each other by so little no other rows would help: taken as it is.
-  if (!r.converged && effort == Effort::last_resort && small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) {
+  if (!r.converged && no_better && small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) {
     r.converged = true;
     r.tier = 'C';
   }
@@ -291,9 +292,10 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   std::vector<Vec3> last_c;
   std::vector<Quat> last_q;
   constexpr int most_passes = 12;   // while a spring's law is not met at the indentation reached
+  bool solved = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    const bool solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : Effort::full);
+    solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated);
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);
     if (!finite()) return out;

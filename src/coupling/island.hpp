@@ -111,7 +111,9 @@ class IslandStepper {
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
   bool finite() const;
-  enum class Effort { provisional, full, last_resort };   // last_resort: the convex problem's solution, tier E, rather than none
+  /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken. last_resort: the convex
+  /// problem's solution, tier E, rather than none.
+  enum class Effort { provisional, full, repeated, last_resort };
   bool solve(double h, Effort effort);
   void apply(double h);
   void shrink_births(int block);
