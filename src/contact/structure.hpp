@@ -31,6 +31,7 @@ struct StructureSpec {
   std::string damage = "none";    // none, concrete, concrete-cdpm2
   bool rate_effect = true;
   bool erosion = true;
+  double aggregate = 0;           // largest grain of crack faces that interlock [m]; 0: they do not
 
   // geometry: the bounding parameters of each kind
   Vec3 position = Vec3::Zero();   // box: centroid; column: centre of the base; mesh: where its volume centroid goes, if

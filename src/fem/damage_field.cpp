@@ -226,6 +226,7 @@ std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concr
   typename Law::Parameters p;
   p.concrete = concrete;
   p.rate_effect = rate_effect;
+  if constexpr (requires { p.aggregate; }) p.aggregate = concrete.aggregate;
   const Law law(p);
   material::check_cell_size(law.largest_cell(), formula, largest_cell, key);
   return std::make_unique<FieldOf<Law>>(mesh, law, finite);

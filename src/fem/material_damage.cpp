@@ -214,7 +214,7 @@ inline R dot(const R (&a)[3], const R (&b)[3]) { return a[0] * b[0] + a[1] * b[1
 }  // namespace
 
 template <class R>
-inline void ConcreteDamage::interlock(const R (&strain)[6], Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+inline void ConcreteDamage::interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
   const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
   const auto cracked = s.d_t > 0.0;
   R pull[3], opening, law[3], across;
@@ -224,21 +224,26 @@ inline void ConcreteDamage::interlock(const R (&strain)[6], Lanes<R>& s, R (&str
   const R band = p_.concrete.fracture_energy / (f_t * (1.0 / (young_ * b_t) + f_t * (0.5 / young_)));
   const R width = band * s.d_t * maximum(opening, zero);
   const R limit = select(cracked, s.d_t * interlock_ / (1.0 + widen_ * width), zero);
-  // The uncracked part and the faces, one after the other.
-  const R whole = shear_ * s.d_t, hold = select(cracked, limit * band, one);
-  const R stiffness = whole * hold / (hold + mobilised * width * whole);
+  // The uncracked part and the faces, one after the other. Their stiffness is that of the widest opening so far: one that came back as the
+  // crack closes would give more than was put in.
+  const R opened = dot(s.slip, s.normal), widest = maximum(opened, opening);
+  const auto stiffness_of = [&](const R& d, const R& strain_of_opening) {
+    const R open = band * d * strain_of_opening, whole = shear_ * d, hold = select(cracked, d * interlock_ / (1.0 + widen_ * open) * band, one);
+    return whole * hold / (hold + mobilised * open * whole + 1e-30);   // both are 0 before the crack
+  };
+  const R stiffness = stiffness_of(s.d_t, widest), lost = maximum(stiffness_of(old_d_t, opened) - stiffness, zero);
   R held[3];
-  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - s.slip[i];
+  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * s.normal[i]);
   const R length = square_root(dot(held, held)), trial = stiffness * length;
   const auto slides = trial > limit;
   const R keep = select(slides, limit / select(slides, trial, one), one);
   const R tau = minimum(trial, limit);
   R work = zero;
   for (int i = 0; i < 3; ++i) {
-    const R moved = select(cracked, (1.0 - keep) * held[i], zero);
+    const R moved = select(cracked, (1.0 - keep) * held[i] + (widest - opened) * s.normal[i], zero);
     s.slip[i] = s.slip[i] + moved;
   }
-  work = tau * (1.0 - keep) * length;
+  work = tau * (1.0 - keep) * length + 0.5 * lost * (keep * length) * (keep * length);
   // Only what the damage law leaves open of it.
   const auto shears = tau > 1e-3;   // [Pa]
   const R scale = select(shears, 1.0 / select(shears, length, one), zero);
@@ -331,7 +336,7 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   energy = 0.5 * work;
   const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
   dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
-  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, s, stress, energy, dissipation);
+  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, old_d_t, s, stress, energy, dissipation);
   return grows_t || grows_c;
 }
 

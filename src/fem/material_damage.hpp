@@ -19,6 +19,7 @@
 ///
 /// Interlock: the faces of a crack carry shear, as far as the damage law itself gives less. The crack's plane is that of its onset, gamma the shear strain
 /// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain; the limit is that of the modified compression field theory [vecchio1986, walraven1981]:
+/// and what the faces hold is as stiff as at the widest opening so far, so that no cycle of opening and closing makes energy:
 ///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16))   [MPa, mm],   gamma = tau / (d_t G) + (tau / tau_m) (w / 2) / l
 ///
 /// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none
@@ -46,7 +47,7 @@ struct CellFrame {
 struct DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
   double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
-  double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it
+  double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it, and along the normal the largest that opened it
 };
 static_assert(sizeof(DamageCell) == 112 * sizeof(double));
 
@@ -59,7 +60,7 @@ class ConcreteDamage {
     double cap = 1 - 1e-5;                  ///< largest damage
     bool rate_effect = true;
     double rate_cap_compression = 1.25;
-    double aggregate = 0.016;               ///< largest grain [m]; 0: faces of cracks do not interlock
+    double aggregate = 0;                   ///< largest grain [m]; 0: faces of cracks do not interlock
   };
   /// One point, as in DamageCell.
   struct State {
@@ -94,7 +95,7 @@ class ConcreteDamage {
   template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
-  template <class R> void interlock(const R (&strain)[6], Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
+  template <class R> void interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> R damage_tension(R r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
 

@@ -31,7 +31,7 @@ struct Concrete {
   double eps_c1 = 0;         ///< strain at the compressive peak
   double crushing_energy = 0;  ///< G_c [N/m]
   double biaxial_ratio = 1.16; ///< f_bc / f_cm
-  double aggregate_size = 0.016;  ///< [m]
+  double aggregate = 0;      ///< largest grain of crack faces that interlock [m]; 0: they do not
   std::vector<std::string> report;  ///< one line per value: given, or derived and from what
 };
 

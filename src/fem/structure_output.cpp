@@ -166,8 +166,8 @@ std::string FemStructure::plan() const {
                             spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor")
               : fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes\n", spec_.name, condensed_by_choice() ? "are at" : "rest on");
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
-  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}\n",
-                                   spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off");
+  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
+                                   spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off", spec_.aggregate > 0 ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate) : "");
   text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume(),
                               bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
                 : fmt::format("{}: no reinforcement\n", spec_.name);

@@ -33,6 +33,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     spec_.young = concrete_->young;
     spec_.poisson = concrete_->poisson;
     spec_.density = concrete_->density;
+    concrete_->aggregate = spec_.aggregate;
     for (const std::string& line : concrete_->report) report_("structure " + spec_.name + ": " + line);
   }
   if (spec_.damage != "none" && !concrete_)

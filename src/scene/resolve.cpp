@@ -171,6 +171,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
   out["damage"] = s.damage;
   out["rate_effect"] = s.rate_effect;
   out["erosion"] = s.erosion;
+  out["aggregate"] = s.aggregate;
   if (!s.rebar_file.empty()) out["rebar"] = s.rebar_file;
   out["bond"] = s.bond;
   for (const auto& rule : s.rebar_rules)
