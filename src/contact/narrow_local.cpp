@@ -77,22 +77,29 @@ Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior
   return best;
 }
 
-/// True if x lies before the surface, neither behind nor on it: its nearest point tells.
-bool outside(const Patch& p, const Vec3& x, double touch) {
-  double nearest = infinity;
-  Vec3 foot = x, pseudo = Vec3::Zero();
-  for (const auto& t : p.triangles) {
-    if (std::abs(t.n.dot(x) - t.level) > nearest + touch) continue;
+/// Nearest point of a surface to x, and the sum of the normals of the triangles that share it.
+struct Nearest {
+  double distance = infinity;
+  Vec3 foot, pseudo = Vec3::Zero();
+
+  void visit(const Patch::Triangle& t, const Vec3& x, double touch) {
     bool interior;
     const Vec3 y = closest_on_triangle(t, x, interior);
     const double d = (x - y).norm();
-    if (d < nearest - touch) {
-      nearest = d, foot = y, pseudo = t.n;
-    } else if (d < nearest + touch) {
+    if (d < distance - touch) {
+      distance = d, foot = y, pseudo = t.n;
+    } else if (d < distance + touch) {
       pseudo += t.n;
     }
   }
-  return nearest > touch && pseudo.dot(x - foot) > 0;
+};
+
+/// True if x lies before the surface, neither behind nor on it: its nearest point tells.
+bool outside(const Patch& p, const Vec3& x, double touch) {
+  Nearest nearest{.foot = x};
+  for (const auto& t : p.triangles)
+    if (std::abs(t.n.dot(x) - t.level) <= nearest.distance + touch) nearest.visit(t, x, touch);
+  return nearest.distance > touch && nearest.pseudo.dot(x - nearest.foot) > 0;
 }
 
 void enclose(const Patch& p, std::vector<Ball>& balls) {
@@ -122,20 +129,12 @@ void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
 
 /// Distance of x from the surface if x lies before it beyond doubt, else 0.
 double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x, double touch) {
-  double nearest = infinity;
-  Vec3 foot = x, pseudo = Vec3::Zero();
+  Nearest nearest{.foot = x};
   const auto search = [&](const Bunch& bunch) {
     for (std::size_t k = bunch.first; k < bunch.last; ++k) {
       const auto& t = p.triangles[k];
-      if (std::abs(t.n.dot(x) - t.level) > nearest + touch || (x - balls[k].centre).norm() - balls[k].radius > nearest + touch) continue;
-      bool interior;
-      const Vec3 y = closest_on_triangle(t, x, interior);
-      const double d = (x - y).norm();
-      if (d < nearest - touch) {
-        nearest = d, foot = y, pseudo = t.n;
-      } else if (d < nearest + touch) {
-        pseudo += t.n;
-      }
+      const double reach = nearest.distance + touch;
+      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach) nearest.visit(t, x, touch);
     }
   };
   const Bunch* likely = &bunches.front();
@@ -144,8 +143,8 @@ double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<B
     if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
   search(*likely);
   for (const Bunch& b : bunches)
-    if (const double reach = nearest + touch + b.ball.radius; &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach) search(b);
-  return pseudo.dot(x - foot) > 0.1 * pseudo.norm() * nearest ? nearest : 0;
+    if (const double reach = nearest.distance + touch + b.ball.radius; &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach) search(b);
+  return nearest.pseudo.dot(x - nearest.foot) > 0.1 * nearest.pseudo.norm() * nearest.distance ? nearest.distance : 0;
 }
 
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.

@@ -19,7 +19,7 @@
 ///
 /// Interlock: the faces of a crack carry shear, as far as the damage law itself gives less. The crack's plane is that of its onset, gamma the shear strain
 /// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain; the limit is that of the modified compression field theory [vecchio1986, walraven1981]:
-/// and what the faces hold is as stiff as at the widest opening so far, so that no cycle of opening and closing makes energy:
+/// and what the faces hold is as stiff as at the widest opening so far, also when the crack has closed again:
 ///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16))   [MPa, mm],   gamma = tau / (d_t G) + (tau / tau_m) (w / 2) / l
 ///
 /// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none

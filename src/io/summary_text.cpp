@@ -17,7 +17,6 @@ using json = nlohmann::ordered_json;
 
 json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
 
-double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
 double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
 
@@ -131,7 +130,7 @@ json SummaryBuilder::of_blocks() const {
     if (b.born) {
       item["start"] = vec(b.start);
       item["end"] = vec(b.end);
-      item["runout"] = horizontal(b.end - b.start);
+      item["runout"] = std::hypot(b.end.x() - b.start.x(), b.end.y() - b.start.y());
       item["drop"] = b.start.z() - b.end.z();
       item["path_length"] = b.path;
       item["max_speed"] = b.max_speed;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <fmt/format.h>
 
@@ -29,6 +30,23 @@ TEST(StructureRestitution, SpringsGiveBackWhatIsAskedFor) {
 
 TEST(StructureRestitution, HardContactsDoNotUseIt) {
   EXPECT_EQ(rebound("normal_stiffness = \"hard\"\nrestitution = 0.8"), rebound("normal_stiffness = \"hard\""));
+}
+
+/// A cube on the fixed skin of a structure, on a slope as steep as 1.06: it tips over at 1, with a resistance of 0.1 at 1.124 (1 + 2 mu_r R / a).
+TEST(StructureRestitution, RollingResistanceOnAFixedSkin) {
+  const auto speed = [](double resistance) {
+    const double angle = std::atan(1.06);
+    SceneText s(Method::by_accuracy(1e-3), 0.1, 9.81 * Vec3(std::sin(angle), 0, -std::cos(angle)));
+    s.history(0.01).material("c", 2400, "young = 30e9\npoisson = 0.2").material("rock", 2600);
+    s.interface("rock", "c", 3, fmt::format("normal_stiffness = \"hard\"\nrolling_resistance = {}", resistance));
+    s.box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
+    s.raw(structure_box("deck", Vec3(4, 4, 1), Vec3(0, 0, -0.5), {4, 4, 1}, "c", "support = [\"-z\"]\npreload = \"none\"\n"));
+    const Outcome o = run_scene(s.raw("[coupling]\nscheme = \"rigid\"\n").str());
+    EXPECT_TRUE(o.ok()) << o.result.message;
+    return o.rows.empty() ? 0 : o.last().velocity[0].norm();
+  };
+  EXPECT_LT(speed(0.1), 1e-6);
+  EXPECT_GT(speed(0), 1e-3);
 }
 
 }  // namespace
