@@ -15,7 +15,7 @@
 #include <array>
 #include <limits>
 
-#include "contact/narrow_convex.hpp"
+#include "contact/narrow_axes.hpp"
 #include "contact/narrow_gjk.hpp"
 #include "contact/surface_index.hpp"
 

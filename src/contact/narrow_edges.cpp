@@ -1,0 +1,91 @@
+/// Edges against edges, and what separated vertices are nearest to.
+#include "contact/narrow_features.hpp"
+
+namespace talus::contact::narrow {
+
+void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
+  // Crossed edges lie apart by the gap or the overlap; springs overlap by a small part of the block at most.
+  const double reach = std::max(s.margin, crossed_overlap * s.depth);
+  for (const auto& a : s.A.edges) {
+    const Vec3 lo = a.a.cwiseMin(a.b).array() - reach, hi = a.a.cwiseMax(a.b).array() + reach;
+    const Vec3 da = a.b - a.a;
+    const double la = da.norm();
+    for (const auto& b : s.B.edges) {
+      if ((b.a.cwiseMin(b.b).array() > hi.array()).any() || (b.a.cwiseMax(b.b).array() < lo.array()).any()) continue;
+      const Vec3 db = b.b - b.a;
+      const double lb = db.norm();
+      Vec3 n = da.cross(db);
+      const double sine = n.norm() / (la * lb);
+      if (sine < 1e-4) continue;  // parallel: their ends are vertex-edge contacts
+      n /= n.norm();
+      if (n.dot(a.left + a.right) < 0) n = -n;
+      double gap = n.dot(b.a - a.a);
+      if (gap > s.margin || gap < -s.depth) continue;
+      const auto c = closest_segments(a.a, a.b, b.a, b.b);
+      const double end_a = s.touch / la, end_b = s.touch / lb;
+      if (c.s <= end_a || c.s >= 1 - end_a || c.t <= end_b || c.t >= 1 - end_b) continue;
+      const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left), br = -n.dot(b.into_right);
+      if (std::max({al, ar, bl, br}) > lean) continue;
+      ContactPoint p;
+      // Nearly parallel faces: outside the arc the face itself gives the normal.
+      p.face_a = p.face_b = -1;
+      if (al > 0 || ar > 0)
+        n = al >= ar ? a.left : a.right;
+      else if (bl > 0 || br > 0)
+        n = -(bl >= br ? b.left : b.right);
+      gap = n.dot(c.b - c.a);
+      if (gap > s.margin || gap < -s.depth) continue;
+      // Edges on the far sides of two neighbours look crossed as well: if they are, neither has the other's point outside.
+      if (s.closed && gap < -16 * s.touch && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))) continue;
+      p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
+      p.key = make_key(Form::edge_edge, a.id, b.id);
+      out.push_back(p);
+    }
+  }
+}
+
+void vertex_edge(const Search& s, const Patch& E, const Patch& V, bool first, std::vector<ContactPoint>& out) {
+  for (const auto& e : E.edges) {
+    const Vec3 lo = e.a.cwiseMin(e.b).array() - s.margin, hi = e.a.cwiseMax(e.b).array() + s.margin;
+    const Vec3 d = e.b - e.a;
+    const double l = d.norm();
+    for (const auto& v : V.vertices) {
+      if ((v.x.array() > hi.array()).any() || (v.x.array() < lo.array()).any()) continue;
+      const double t = d.dot(v.x - e.a) / (l * l);
+      if (t * l <= s.touch || (1 - t) * l <= s.touch) continue;
+      const Vec3 foot = e.a + t * d, r = v.x - foot;
+      const double gap = r.norm();
+      if (gap <= s.touch || gap > s.margin) continue;
+      const Vec3 n = r / gap;
+      if (r.dot(e.into_left) >= -s.touch || r.dot(e.into_right) >= -s.touch) continue;  // over a face, or behind
+      if (n.dot(e.left + e.right) <= 0 && e.right_face >= 0) continue;
+      if (falling(V, v, n) < -steep) continue;
+      ContactPoint c;
+      c.point_a = first ? foot : v.x;
+      c.point_b = first ? v.x : foot;
+      c.normal = first ? n : Vec3(-n);
+      c.gap = gap;
+      c.area = 0;
+      c.key = first ? make_key(Form::edge_vertex, e.id, v.id) : make_key(Form::vertex_edge, v.id, e.id);
+      out.push_back(c);
+    }
+  }
+}
+
+void vertex_vertex(const Search& s, std::vector<ContactPoint>& out) {
+  for (const auto& a : s.A.vertices)
+    for (const auto& b : s.B.vertices) {
+      const Vec3 r = b.x - a.x;
+      const double sq = r.squaredNorm();
+      if (sq > s.margin * s.margin || sq <= s.touch * s.touch) continue;
+      const double gap = std::sqrt(sq);
+      const Vec3 n = r / gap;
+      if (falling(s.A, a, -n) * gap <= s.touch || falling(s.B, b, n) * gap <= s.touch) continue;
+      ContactPoint c;
+      c.point_a = a.x, c.point_b = b.x, c.normal = n, c.gap = gap, c.area = 0;
+      c.key = make_key(Form::vertex_vertex, a.id, b.id);
+      out.push_back(c);
+    }
+}
+
+}  // namespace talus::contact::narrow

@@ -1,0 +1,45 @@
+/// Contacts by pairs of local features, see narrow_local.hpp. Internal to src/contact.
+#pragma once
+#include <limits>
+
+#include "contact/narrow_patch.hpp"
+
+namespace talus::contact::narrow {
+
+constexpr double steep = 0.17;              // 10 degrees: an edge falling more than this from a vertex is no contact edge
+constexpr double lean = 0.02;               // faces and edges closer than this to parallel are completed to manifolds
+constexpr double flat_cosine = 0.9998;      // 1.15 degrees: faces closer than this to parallel press on an area
+constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
+
+/// Two bodies that may touch.
+struct Search {
+  const Patch &A, &B;
+  double margin, touch;
+  double depth;      // deepest overlap that is still read as contact [m]
+  bool closed;       // both are closed bodies, so that inside and outside can be told
+};
+
+/// Least height along n that an edge of the vertex reaches, per length: negative where it falls.
+inline double falling(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = v.first; i < v.first + v.count; ++i) least = std::min(least, n.dot(p.directions[i]));
+  return least;
+}
+
+/// True if x lies before the surface, neither behind nor on it: its nearest point tells.
+bool outside(const Patch& p, const Vec3& x, double touch);
+
+/// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
+void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out);
+
+void edge_edge(const Search& s, std::vector<ContactPoint>& out);
+
+/// Vertices of V near convex edges of E, separated. `first`: the edges belong to body A.
+void vertex_edge(const Search& s, const Patch& E, const Patch& V, bool first, std::vector<ContactPoint>& out);
+
+void vertex_vertex(const Search& s, std::vector<ContactPoint>& out);
+
+/// Face-face areas: for each face of B, the overlap with all near-parallel triangles of A within the margin.
+void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>& points);
+
+}  // namespace talus::contact::narrow

@@ -1,0 +1,265 @@
+/// Vertices against faces: on a face, over it, or inside the body behind it.
+#include "contact/narrow_features.hpp"
+
+namespace talus::contact::narrow {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double sharpest_notch = 4;        // tangent of half the angle by which its faces turn: 150 degrees
+
+/// About a triangle: its centroid and how far it reaches from there.
+struct Ball {
+  Vec3 centre;
+  double radius;
+};
+
+double facing(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
+  double least = infinity;
+  for (int i = v.first_face; i < v.first_face + v.faces; ++i) least = std::min(least, n.dot(p.face_normals[i]));
+  return least;
+}
+
+/// Where x projects on a triangle: -1 outside, 0 inside, 1 within `touch` of a convex side.
+int inside(const Patch::Triangle& t, const Vec3& x, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  int result = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k];
+    const double h = e.cross(t.n).dot(x - *p[k]), l = touch * e.norm();
+    if (h > l) return -1;
+    if (h >= -l && t.sharp[k]) result = 1;
+  }
+  return result;
+}
+
+Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior) {
+  interior = inside(t, x, 0) >= 0;
+  if (interior) return x - (t.n.dot(x) - t.level) * t.n;
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  Vec3 best = t.a;
+  double d = infinity;
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k];
+    const double s = std::clamp(e.dot(x - *p[k]) / e.squaredNorm(), 0.0, 1.0);
+    const Vec3 y = *p[k] + s * e;
+    if ((x - y).squaredNorm() < d) d = (x - y).squaredNorm(), best = y;
+  }
+  return best;
+}
+
+/// Nearest point of a surface to x, and the sum of the normals of the triangles that share it.
+struct Nearest {
+  double distance = infinity;
+  Vec3 foot, pseudo = Vec3::Zero();
+
+  void visit(const Patch::Triangle& t, const Vec3& x, double touch) {
+    bool interior;
+    const Vec3 y = closest_on_triangle(t, x, interior);
+    const double d = (x - y).norm();
+    if (d < distance - touch) {
+      distance = d, foot = y, pseudo = t.n;
+    } else if (d < distance + touch) {
+      pseudo += t.n;
+    }
+  }
+};
+
+void enclose(const Patch& p, std::vector<Ball>& balls) {
+  balls.clear();
+  for (const auto& t : p.triangles) {
+    const Vec3 c = (t.a + t.b + t.c) / 3;
+    balls.push_back({c, std::sqrt(std::max({(t.a - c).squaredNorm(), (t.b - c).squaredNorm(), (t.c - c).squaredNorm()}))});
+  }
+}
+
+/// Eight triangles that follow each other, which lie beside each other for the most part.
+struct Bunch {
+  Ball ball;
+  std::size_t first, last;
+};
+
+void bunch(const std::vector<Ball>& balls, std::vector<Bunch>& bunches) {
+  constexpr std::size_t size = 8;
+  bunches.clear();
+  for (std::size_t first = 0; first < balls.size(); first += size) {
+    Bunch b{{Vec3::Zero(), 0}, first, std::min(first + size, balls.size())};
+    for (std::size_t k = first; k < b.last; ++k) b.ball.centre += balls[k].centre / static_cast<double>(b.last - first);
+    for (std::size_t k = first; k < b.last; ++k) b.ball.radius = std::max(b.ball.radius, (balls[k].centre - b.ball.centre).norm() + balls[k].radius);
+    bunches.push_back(b);
+  }
+}
+
+/// Distance of x from the surface if x lies before it beyond doubt, else 0.
+double ahead(const Patch& p, const std::vector<Ball>& balls, const std::vector<Bunch>& bunches, const Vec3& x, double touch) {
+  Nearest nearest{.foot = x};
+  const auto search = [&](const Bunch& bunch) {
+    for (std::size_t k = bunch.first; k < bunch.last; ++k) {
+      const auto& t = p.triangles[k];
+      const double reach = nearest.distance + touch;
+      if (std::abs(t.n.dot(x) - t.level) <= reach && (x - balls[k].centre).norm() - balls[k].radius <= reach) nearest.visit(t, x, touch);
+    }
+  };
+  const Bunch* likely = &bunches.front();
+  double least = infinity;
+  for (const Bunch& b : bunches)
+    if (const double d = (x - b.ball.centre).squaredNorm(); d < least) least = d, likely = &b;
+  search(*likely);
+  for (const Bunch& b : bunches)
+    if (const double reach = nearest.distance + touch + b.ball.radius; &b != likely && (x - b.ball.centre).squaredNorm() <= reach * reach) search(b);
+  return nearest.pseudo.dot(x - nearest.foot) > 0.1 * nearest.pseudo.norm() * nearest.distance ? nearest.distance : 0;
+}
+
+/// The triangles of one body that the vertices of the other meet.
+struct Target {
+  const Search& s;
+  const Patch &T, &V;
+  bool first;   // the triangles belong to body A
+  const std::vector<Ball>& balls;
+  std::vector<ContactPoint>& out;
+
+  /// A contact of v, unless another triangle of the same plane has given it since out[start].
+  void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n, const Vec3& foot, double gap) const {
+    for (std::size_t i = start; i < out.size(); ++i)
+      if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 && std::abs(out[i].gap - gap) <= 4 * s.touch) return;
+    ContactPoint c;
+    c.point_a = first ? foot : v.x;
+    c.point_b = first ? v.x : foot;
+    c.normal = first ? n : Vec3(-n);
+    c.gap = gap;
+    c.area = 0;
+    c.key = first ? make_key(Form::face_vertex, t.face, v.id) : make_key(Form::vertex_face, v.id, t.face);
+    c.face_a = first ? t.id : -1;
+    c.face_b = first ? -1 : t.id;
+    out.push_back(c);
+  }
+
+  bool before_faces(const Patch::Vertex& v) const;
+  void inside_body(const Patch::Vertex& v, std::size_t start) const;
+};
+
+/// Faces that meet in a convex edge on which a vertex lies, the one that its cone admits best first.
+struct EdgeFaces {
+  static constexpr int most = 8;
+  std::pair<double, const Patch::Triangle*> list[most];
+  int count = 0;
+
+  void add(double fall, const Patch::Triangle& t) {
+    int at = count < most ? count++ : most;
+    for (; at > 0 && (at == most || list[at - 1].first < fall - 1e-9); --at)
+      if (at < most) list[at] = list[at - 1];
+    if (at < most) list[at] = {fall, &t};
+  }
+  /// Across a convex edge only one of the two faces holds the vertex (it may leave over the other); faces of a notch both.
+  bool excluded(int i) const {
+    const auto& t = *list[i].second;
+    for (int j = 0; j < i; ++j) {
+      const auto& u = *list[j].second;
+      if (list[j].first == -infinity) continue;
+      const double above = t.n.dot(u.a + u.b + u.c) / 3 - t.level;
+      if (above < -lean * (u.a - u.b).norm() && t.n.dot(u.n) < flat_cosine) return true;
+    }
+    return false;
+  }
+};
+
+/// The vertex on or over faces; true if it may be behind one.
+bool Target::before_faces(const Patch::Vertex& v) const {
+  const std::size_t start = out.size();
+  bool behind = false;
+  EdgeFaces edge;
+  for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+    const auto& t = T.triangles[k];
+    const double h = t.n.dot(v.x) - t.level;
+    if (h > s.margin || (behind && h < -s.touch)) continue;
+    // Behind a notch lies what projects beside both its faces: as far beside as it is deep, and a few times that where the notch is sharp.
+    const double beside = h < -s.touch ? -sharpest_notch * h : 0;
+    const double reach = balls[k].radius + beside + 100 * s.touch;
+    if ((v.x - balls[k].centre).squaredNorm() - h * h > reach * reach) continue;   // it projects beside the triangle
+    if (h < -s.touch) {
+      behind = h > -s.depth && inside(t, v.x, beside) >= 0;
+      continue;
+    }
+    const int where = inside(t, v.x, s.touch);
+    if (where < 0) continue;
+    const double fall = falling(V, v, t.n);
+    if (fall < -steep && facing(V, v, t.n) > -lean) continue;  // the far side of the other body
+    if (where == 1 && h <= s.touch) {
+      if (fall >= -steep) edge.add(fall, t);  // else flush with a side wall
+      continue;
+    }
+    emit(v, start, t, t.n, v.x - h * t.n, h);
+  }
+  for (int i = 0; i < edge.count; ++i) {
+    if (edge.excluded(i)) {
+      edge.list[i].first = -infinity;
+      continue;
+    }
+    const auto& t = *edge.list[i].second;
+    const double h = t.n.dot(v.x) - t.level;
+    emit(v, start, t, t.n, v.x - h * t.n, h);
+  }
+  return behind;
+}
+
+/// Overlap: is the vertex inside? Its nearest point of the surface tells; then the nearest face that its cone admits.
+void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
+  double nearest = infinity, admitted = infinity;
+  const Patch::Triangle *t_near = nullptr, *t_admitted = nullptr;
+  Vec3 foot_near = v.x, foot_admitted = v.x, pseudo = Vec3::Zero();
+  double known = infinity;   // the nearest is no farther
+  for (const Ball& b : balls) known = std::min(known, (v.x - b.centre).squaredNorm());
+  known = std::sqrt(known);
+  const double use = std::min(s.depth, std::max(crossed_overlap * s.depth, 2 * known));   // a face that admits it farther away is not used
+  for (std::size_t k = 0; k < T.triangles.size(); ++k) {
+    const auto& t = T.triangles[k];
+    const double h = t.n.dot(v.x) - t.level;
+    if (std::abs(h) > std::min(nearest, s.depth) + s.touch && -h > admitted) continue;
+    const double apart = (v.x - balls[k].centre).norm() - balls[k].radius;
+    if (apart > std::min(nearest, known) + s.touch && apart > std::min(admitted, use)) continue;
+    bool interior;
+    const Vec3 y = closest_on_triangle(t, v.x, interior);
+    const double d = (v.x - y).norm();
+    if (d < nearest - s.touch) {
+      nearest = d, t_near = &t, foot_near = y, pseudo = t.n;
+    } else if (d < nearest + s.touch) {
+      pseudo += t.n;
+    }
+    if (interior && h < 0 && -h < admitted && -h <= s.depth && falling(V, v, t.n) >= -steep)
+      admitted = -h, t_admitted = &t, foot_admitted = y;
+  }
+  if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
+  // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
+  const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
+  if (nearest <= s.touch && (out.size() > start || far)) return;
+  if (t_admitted && !far) {
+    emit(v, start, *t_admitted, t_admitted->n, foot_admitted, -admitted);
+  } else {
+    const Vec3 n = (foot_near - v.x).normalized();
+    emit(v, start, *t_near, n, foot_near, -nearest);
+  }
+}
+
+}  // namespace
+
+bool outside(const Patch& p, const Vec3& x, double touch) {
+  Nearest nearest{.foot = x};
+  for (const auto& t : p.triangles)
+    if (std::abs(t.n.dot(x) - t.level) <= nearest.distance + touch) nearest.visit(t, x, touch);
+  return nearest.distance > touch && nearest.pseudo.dot(x - nearest.foot) > 0;
+}
+
+void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {
+  thread_local std::vector<Ball> balls;
+  enclose(T, balls);
+  constexpr std::size_t many = 64;   // triangles from which on a vertex far before all of them is told at once
+  thread_local std::vector<Bunch> bunches;
+  if (T.triangles.size() > many) bunch(balls, bunches);
+  const Target target{s, T, V, first, balls, out};
+  for (const auto& v : V.vertices) {
+    if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
+    const std::size_t start = out.size();
+    if (target.before_faces(v)) target.inside_body(v, start);
+  }
+}
+
+}  // namespace talus::contact::narrow
