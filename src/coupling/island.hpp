@@ -63,6 +63,7 @@ class IslandStepper {
   struct Body;
   struct Saved;
   struct Outcome;
+  struct Trial;
 
   void begin(const Island& island);
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
@@ -70,7 +71,26 @@ class IslandStepper {
   // island_focus.cpp
   void follow_skins(double h);
   void follow_all();
+  // island_run.cpp
   IslandReport run(double t, double duration);
+  double next_length(const Trial& trial, double duration, double longest);
+  double step_limit(double remaining, bool lumped) const;
+  double structure_step(double duration, double longest);
+  void correct_structures(double t, double h);
+  void reject();
+  IslandReport fail_at_smallest_step();
+  void rest_check(double h);
+  // island_try.cpp
+  bool take(Trial& trial);
+  bool refused(Trial& trial, const Outcome& outcome);
+  bool shortened(Trial& trial);
+  bool met_others(Trial& trial);
+  bool cut_at_stop(Trial& trial);
+  int stopped_touch(const Trial& trial) const;
+  bool may_shorten(const Trial& trial) const;
+  bool gains_energy() const;
+  double error_limit() const { return 0.1 * settings_.accuracy; }   // between the last two passes of a step, relative to block size
+  Vec3 slip(const Touch& touch, const Vec3& at) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
   void find(double h, bool at_start = true);
   void find_moved(const std::vector<Pose>& last, std::vector<double>& carried);
@@ -88,10 +108,15 @@ class IslandStepper {
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
-  double impact_speed(const Touch& touch) const;
-  Vec3 slip(const Touch& touch, const Vec3& at) const;
 
+  // island_impact.cpp
+  double impact_speed(const Touch& touch) const;
+  bool meets_hard(const Touch& touch) const;
+  bool impact_rows(double scale);
+  double kinetic(Vec12 Body::*velocity) const;
+  void note_impacts_on_skin();
   bool impact_stage();
+
   void weigh_springs();
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
@@ -114,6 +139,8 @@ class IslandStepper {
   /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken. last_resort: the convex
   /// problem's solution, tier E, rather than none.
   enum class Effort { provisional, full, repeated, last_resort };
+  double fastest() const;
+  contact::SolveSettings solve_settings(double h, Effort effort, bool small, bool still) const;
   bool solve(double h, Effort effort);
   void apply(double h);
   void shrink_births(int block);
@@ -144,12 +171,8 @@ class IslandStepper {
   double approach_left(const Touch& touch, double h) const;
   bool correct_skins(double t, double h);
   double skin_speed() const;
-  double step_limit(double remaining, bool lumped) const;
   double rise_limit(double ahead) const;
-  double structure_step(double duration, double longest);
   bool locate_event(double& h, int passes);
-  bool gains_energy() const;
-  void rest_check(double h);
   contact::Motion motion_of(int block, bool lumped) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none

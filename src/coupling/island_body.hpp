@@ -53,6 +53,21 @@ struct IslandStepper::Outcome {
   double error = 0;   // between the last two passes, relative to block size
 };
 
+/// A step while it is tried: what is asked of it, and what the tries so far have taught.
+struct IslandStepper::Trial {
+  double start = 0;                  // [s]
+  double remaining = 0;              // of the stretch [s]
+  double h = 0;                      // [s]
+  bool lumped = false;               // onsets are rows, not events
+  bool closed = false;               // something touches at its start
+  bool adaptive = false;             // event driven, its length by error control
+  int passes = 1;
+  int releases = 0, cuts = 0, halved = 0, refined = 0;
+  std::vector<Vec3> slip_before;     // per touch at the start [m/s]
+  int stopping = -1;                 // touch whose sliding stops within the step
+  bool stop_located = false;
+};
+
 /// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
 /// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch in the pass before.
 inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.rolls; }

@@ -1,0 +1,136 @@
+// Work of a step's impulses, booked where it is done.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// Mean generalised velocity whose product with an impulse is the kinetic energy it brings.
+Vec12 mean_velocity(const Vec12& v0, const dda::FreeFlow& free, const Vec12& v) {
+  Vec12 m = 0.5 * (v0 + v);
+  m.segment<3>(3) = 0.5 * (free.spin + v.segment<3>(3));
+  return m;
+}
+
+}  // namespace
+
+void IslandStepper::book(double h) {
+  using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
+  double onset = 0;   // what hard contacts and dashpots at structures take
+  for (const Touch& t : touches_) {
+    if (t.row < 0) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero();   // mean relative velocity, split by side; that at the end
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int n = problem_.bodies[static_cast<std::size_t>(term.body)].ndof;
+      const Rows j(problem_.jacobians.data() + term.jacobian, 3, n);
+      if (term.body < static_cast<int>(bodies_.size())) {
+        const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+        blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(n);
+        last += j * b.v_solved.head(n);
+      } else {
+        // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
+        const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
+        const Eigen::Map<const VecX> end(problem_.v.data() + offset, n);
+        const std::size_t part = static_cast<std::size_t>(term.body) - bodies_.size();
+        last += j * end;
+        if (condensed_) structure += j * (0.5 * (skins_[part].v_before + end));
+        else structure += j * (0.5 * (nodes_[part].v_before + end));
+      }
+    }
+    const Vec3 mean = blocks + structure;
+    const double normal_work = c.impulse[0] * mean[0];
+    const double slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
+    if (deformable_structure(t)) {
+      pending_.blocks_contact_work += c.impulse.dot(blocks);
+      pending_.structure_contact_work += c.impulse.dot(structure);
+    }
+    const bool sprung = t.stiffness > 0 && h > 0;
+    if (!sprung) {
+      pending_.friction_work -= slip_work;
+      if (t.mode == Mode::closed)
+        pending_.algorithmic -= normal_work;
+      else
+        pending_.damping_work -= normal_work;   // onset: what an impact takes
+      if (t.mode != Mode::closed && h > 0 && deformable_structure(t)) onset -= normal_work;
+      continue;
+    }
+    // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
+    const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
+    if (leapfrog(t) && t.shear_stiffness == 0) {
+      // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
+      const double slipped = std::max(0.0, -c.impulse.tail<2>().dot(last.tail<2>()));
+      pending_.friction_work += slipped;
+      pending_.algorithmic -= slip_work + slipped;
+    } else if (leapfrog(t)) {
+      const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+      const Vec3 end = shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * last.tail<2>());
+      const double slipped = slides ? std::max(0.0, t.shear_stiffness * end.dot(moved - end)) : 0.0;
+      pending_.friction_work += slipped;
+      pending_.algorithmic -= slip_work + stretch + slipped;
+    } else {
+      pending_.friction_work -= slip_work + stretch;
+    }
+    const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
+    pending_.damping_work += crushed;
+    // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
+    const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed);
+    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
+    if (t.dashpot > 0 && leapfrog(t)) onset += std::max(0.0, lost);
+  }
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const Body& b = bodies_[static_cast<std::size_t>(term.body)];
+      const Rows j(problem_.jacobians.data() + term.jacobian, 3, b.ndof);
+      pending_.friction_work -= c.impulse.dot(j * mean_velocity(b.v0, b.free, b.v_solved).head(b.ndof));
+    }
+  });
+  for (const Body& b : bodies_) {
+    if (b.impulse.isZero(0) && !b.end_rule) continue;
+    const auto k = static_cast<std::size_t>(b.block);
+    const dda::Model::Block& block = model_.blocks[k];
+    // Positions that left the trapezoid (theta = 1) met gravity and the block's own stiffness elsewhere than the velocities did.
+    const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
+    pending_.algorithmic += block.mass * model_.gravity.dot(state_.c[k] - trapezoid);
+    if (b.ndof == 12 && b.end_rule) {
+      // The velocities met the stress at the end all along the step.
+      const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
+      const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
+      const double stored = 0.5 * state_.eps[k].dot(stiffness * state_.eps[k]);
+      pending_.algorithmic += (eps - b.eps0).dot(stiffness * state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
+    }
+  }
+  for (const Body& b : bodies_) {
+    if (b.ndof == 6) {
+      // The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
+      // straining block turns its strain rate as well.
+      const bool changes = h > 0 || model_.blocks[static_cast<std::size_t>(b.block)].deformable;
+      if (changes && !b.impulse.isZero(0)) pending_.algorithmic -= internal_energy(b.block) - b.internal0 - b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
+      continue;
+    }
+    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+    const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
+    const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
+    const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
+    pending_.damping_work += damped;
+    // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2.
+    if (!b.end_rule && h > 0)
+      pending_.algorithmic -= internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
+  }
+  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, not along it: its work with the mean velocities counts as lost what the block's
+  // own energy says was not, so that only the sum of both is known.
+  const double overcounted = std::clamp(-pending_.algorithmic, 0.0, std::max(onset, 0.0));
+  pending_.damping_work -= overcounted;
+  pending_.algorithmic += overcounted;
+}
+
+double IslandStepper::internal_energy(int block) const {
+  const dda::BlockEnergy e = dda::energy(model_, state_, block);
+  return e.rotational + e.straining + e.strain_energy;
+}
+
+}  // namespace talus::coupling

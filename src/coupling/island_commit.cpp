@@ -1,0 +1,153 @@
+// What a step leaves to the next one: impulses on structure nodes, the memory of contacts, rows and audit sums.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+#include "coupling/touch_bed.hpp"
+
+namespace talus::coupling {
+
+void IslandStepper::collect_node_impulses() {
+  // What each structure node really gets: J^T p over its contacts.
+  node_impulses_.clear();
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    const NodeBody& n = nodes_[i];
+    node_impulses_.push_back({n.structure, n.node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(n.structure)].structure->node_position(n.node)});
+  }
+  std::vector<std::size_t> first;   // of each skin's nodes
+  for (const Skin& s : skins_) {
+    first.push_back(node_impulses_.size());
+    for (const int node : s.node)
+      node_impulses_.push_back({s.structure, node, Vec3::Zero(), env_.structures[static_cast<std::size_t>(s.structure)].structure->node_position(node)});
+  }
+  for (const contact::ProblemContact& c : problem_.contacts)
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+      const int part = term.body - static_cast<int>(bodies_.size());
+      if (part < 0 || c.impulse.isZero(0)) continue;
+      const std::size_t at = condensed_ ? first[static_cast<std::size_t>(part)] : static_cast<std::size_t>(part);
+      const std::size_t count = condensed_ ? skins_[static_cast<std::size_t>(part)].node.size() : 1;
+      for (std::size_t i = 0; i < count; ++i)
+        node_impulses_[at + i].impulse += Eigen::Map<const Mat3>(problem_.jacobians.data() + static_cast<std::size_t>(term.jacobian) + 9 * i).transpose() * c.impulse;
+    }
+  for (const Touch& t : touches_)
+    for (const HeldShare& s : held_) {
+      if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
+      const Structure& structure = *env_.structures[static_cast<std::size_t>(s.structure)].structure;
+      node_impulses_.push_back({s.structure, s.node, s.weight * (t.frame * t.impulse), structure.node_position(s.node)});
+    }
+}
+
+void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory>& list) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const Vec3 p = t.frame * c.impulse;
+  ContactMemory memory;
+  memory.partner = t.a.id();
+  memory.feature = t.at.key;
+  memory.force = p / h;
+  memory.broken = t.broken;
+  if (c.cohesion > 0 || c.tension > 0) {
+    const bool opened = c.impulse.isZero(0);
+    const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+    memory.broken = memory.broken || opened || slid;
+  }
+  if (t.shear_stiffness > 0) {
+    memory.shear = shear_at_end(t, h);
+    memory.shear_energy = 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
+  }
+  if (t.stiffness > 0) {
+    memory.normal_energy = normal_energy_at_end(t);
+    memory.crushed = std::max(0.0, t.normal_law.crushed_after(t.indentation));
+    memory.place = t.at.point_a;
+    memory.normal = t.at.normal;
+    // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
+    const bool own = deformable_structure(t);
+    const double led_out = std::clamp(t.offset, -lead_out(h), own || t.energetic ? 0.0 : lead_out(h));
+    memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
+    memory.offset = t.offset - led_out;
+    memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
+    memory.growth = t.normal_law.growth;
+  }
+  reopen_crater(memory, list);
+  if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+}
+
+/// What a block was born inside is forgotten once the touches of the step found nothing inside any more.
+void IslandStepper::shrink_births(int block) {
+  std::vector<ContactMemory>& list = history_[static_cast<std::size_t>(block)];
+  for (ContactMemory& m : list) {
+    double deepest = 0;
+    for (const Touch& t : touches_)
+      if (t.b == block && t.a.id() == m.partner) deepest = std::max(deepest, t.offset - t.at.gap);
+    if (m.feature == born_inside) m.indentation = deepest;
+  }
+  std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
+}
+
+void IslandStepper::commit(double t_end, double h) {
+  report_.ledger += pending_;
+  std::vector<std::vector<ContactMemory>*> memories;
+  for (const Body& b : bodies_) memories.push_back(&history_[static_cast<std::size_t>(b.block)]);
+  for (const SurfacePair& pair : island_->surfaces) memories.push_back(&surface_history_[static_cast<std::size_t>(pair.b)]);
+  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
+  for (auto* memory : memories) {
+    for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
+    std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
+    for (ContactMemory& m : *memory)
+      if (is_crater(m)) m.force = m.shear = Vec3::Zero(), m.normal_energy = m.shear_energy = m.stiffness = m.indentation = 0;
+  }
+  for (const Body& b : bodies_) shrink_births(b.block);
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
+  AuditSums& audit = report_.audit;
+  double blocks_force = 0;
+  Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
+  double moment_scale = 0;
+  for (const Touch& t : touches_) {
+    if (t.row < 0) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const Vec3 p = t.frame * c.impulse;
+    remember(t, h, t.b >= 0 ? history_[static_cast<std::size_t>(t.b)] : surface_history_[static_cast<std::size_t>(t.b_structure)]);
+    if (t.b < 0) continue;   // between structures: what one gets the other gives
+    if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
+      StructureContact row;
+      row.time = t_end;
+      row.dt = h;
+      row.block = t.b;
+      row.structure = t.a.index;
+      row.point = t.at.point_a;
+      row.normal = t.at.normal;
+      row.force = -p / h;
+      row.area = t.at.area;
+      report_.rows.push_back(row);
+      // Both sides as they were really applied: the block through its point, the structure through its nodes.
+      on_blocks += p;
+      blocks_force += p.norm();
+      moment += t.acts_at.cross(p);
+      moment_scale += (t.acts_at.norm() + length_) * p.norm();
+    }
+  }
+  for (StructureContact& row : impacts_on_skin_) {   // as the mean over the step that they began
+    row.time = t_end;
+    row.dt = h;
+    row.force /= h;
+    report_.rows.push_back(row);
+  }
+  impacts_on_skin_.clear();
+  for (const auto& n : node_impulses_) {
+    on_structures += n.impulse;
+    moment += n.position.cross(n.impulse);
+  }
+  if (blocks_force > 0 && !node_impulses_.empty()) {
+    audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / blocks_force);
+    audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
+    audit.impulse_on_structure += on_structures;
+    audit.impulse_on_blocks += on_blocks;
+  }
+  for (auto* memory : memories)
+    std::sort(memory->begin(), memory->end(), [](const ContactMemory& x, const ContactMemory& y) {
+      return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
+    });
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,110 @@
+// The onset of hard contacts in small islands: an impulse of no duration on all closed touches.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+double IslandStepper::impact_speed(const Touch& t) const {
+  // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last
+  // step moves at its normal only by what the step's own error leaves; a bounce too low for the accuracy asked for is none.
+  if (t.persistent) return 1e-4 * speed_;
+  if (!t.law->restitution) return 1e-9 * speed_;
+  return std::max(1e-10 * speed_, 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_));
+}
+
+bool IslandStepper::meets_hard(const Touch& t) const {
+  return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
+}
+
+/// Rows of an impulse of no duration, restitution times `scale`; true if any of them gives speed back.
+bool IslandStepper::impact_rows(double scale) {
+  problem_.clear();
+  nodes_.clear();
+  held_.clear();
+  bool restituted = false;
+  for (Touch& t : touches_) {
+    t.row = -1;
+    if (!meets_hard(t)) continue;
+    t.mode = Mode::end;
+    add_row(t, 1, true);
+    contact::ProblemContact& c = problem_.contacts.back();
+    c.bias.setZero();
+    c.compliance.setZero();
+    c.cohesion = c.tension = 0;
+    c.impulse.setZero();
+    if (t.law->restitution && t.approach < -impact_speed(t)) {
+      c.bias[0] = scale * *t.law->restitution * t.approach;
+      restituted = restituted || *t.law->restitution > 0;
+    }
+    if (t.law->restitution_tangential) {
+      const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+      c.bias.tail<2>() = scale * *t.law->restitution_tangential * slip.tail<2>();
+    }
+  }
+  return restituted;
+}
+
+/// Of the bodies with one of their velocities, in the masses of the problem [J].
+double IslandStepper::kinetic(Vec12 Body::*velocity) const {
+  double sum = 0;
+  for (const Body& b : bodies_) sum += 0.5 * (b.*velocity).head(b.ndof).dot(b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.*velocity).head(b.ndof));
+  return sum;
+}
+
+void IslandStepper::note_impacts_on_skin() {
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.a.kind == Partner::Kind::structure && !t.impulse.isZero(0)) {
+      StructureContact row;
+      row.block = t.b;
+      row.structure = t.a.index;
+      row.point = t.at.point_a;
+      row.normal = t.at.normal;
+      row.force = -(t.frame * t.impulse);
+      row.area = t.at.area;
+      impacts_on_skin_.push_back(row);
+    }
+}
+
+/// An impulse of no duration on all closed touches, if any of them approaches.
+bool IslandStepper::impact_stage() {
+  bool approaching = false, given = false;
+  for (Touch& t : touches_) {
+    t.row = -1;
+    if (!meets_hard(t)) continue;
+    if (t.approach < -impact_speed(t)) {
+      approaching = true;
+      given = given || t.law->restitution.has_value();
+    }
+  }
+  if (!approaching) return true;
+  ++impacts_;
+  ++report_.counters.impacts;
+  save();
+  for (double scale : {1.0, 0.5, 0.0}) {
+    begin_step(0, given);
+    const bool restituted = impact_rows(scale);
+    finish_bodies();
+    if (!solve(0, Effort::last_resort)) return false;
+    pending_ = Ledger{};
+    apply(0);
+    if (!finite()) return false;
+    if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + 1e-12) || !restituted || scale == 0) break;
+    restore();   // energy rule: restitution with friction on many contacts may not create energy
+  }
+  // Strain rates are not part of a rigid impulse.
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (bodies_[i].ndof == 6) state_.eps_rate[static_cast<std::size_t>(bodies_[i].block)] = saved_[i].eps_rate;
+  book(0);
+  report_.ledger += pending_;
+  note_impacts_on_skin();
+  for (Touch& t : touches_) {
+    t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+    if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
+    t.row = -1;
+  }
+  return true;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,83 @@
+// The drift of closed hard contacts led back to gap >= 0, its energy booked.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+double IslandStepper::project(double h) {
+  // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
+  double thinnest = length_, far = 0;
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
+    far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
+  }
+  const double tolerance = std::max(5e-10 * thinnest, 5e-16 * far);
+  const auto deepest_touch = [&] {
+    double deepest = 0;
+    for (const Touch& t : touches_)
+      if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
+    return deepest;
+  };
+  find(h);
+  keep_late_overlaps();
+  double deepest = deepest_touch();
+  if (deepest <= tolerance) return deepest;
+  std::vector<double> carried(island_->pairs.size(), 0.0);
+  std::vector<Pose> before, last;
+  for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
+  for (int pass = 0; pass < 24 && deepest > tolerance; ++pass) {
+    ++report_.counters.projections;
+    begin_step(0, true);
+    problem_.clear();
+    nodes_.clear();
+    held_.clear();
+    for (Touch& t : touches_) {
+      if (t.stiffness > 0 || deformable_structure(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
+      t.mode = Mode::idle;
+      add_row(t, 1, true);
+      contact::ProblemContact& c = problem_.contacts.back();
+      c.friction = 0;
+      c.cohesion = c.tension = 0;
+      c.bias = Vec3(t.at.gap - (t.at.gap < -tolerance ? 0.25 * tolerance : 0), 0, 0);
+      c.compliance.setZero();
+      c.impulse.setZero();
+    }
+    finish_bodies();
+    std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);
+    contact::SolveSettings settings;
+    settings.velocity_scale = deepest;
+    settings.tolerance = std::clamp(0.2 * tolerance / deepest, 1e-3, 0.2);   // the rows are no closer to the blocks' own gaps
+    settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
+    settings.exact_coulomb = false;
+    const contact::SolveReport r = solver_.solve(problem_, settings);
+    report_.counters.newton += r.newton;
+    if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
+    last.clear();
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      const Body& b = bodies_[i];
+      last.push_back(b.start);
+      const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
+      if (d.isZero(0)) continue;
+      const auto k = static_cast<std::size_t>(b.block);
+      const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
+      const double turning = internal_energy(b.block);
+      state_.c[k] += d.head<3>();
+      state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
+      report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
+      if (!model_.blocks[k].deformable) {
+        const Mat3 rotation = state_.rotation(b.block);
+        state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
+      }
+      report_.ledger.algorithmic -= internal_energy(b.block) - turning;
+    }
+    find_moved(last, carried);
+    deepest = deepest_touch();
+  }
+  carry_at_structures(before);
+  return deepest;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,174 @@
+// A stretch step by step: its length, the tries, events, projection, commit.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+constexpr double lengthening = 1.02;   // of a step at a structure, at most
+}
+
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop) {
+  begin(island);
+  stop_ = stop;
+  suggested_ = first_step;
+  IslandReport report = run(t, duration);
+  follow_all();
+  return report;
+}
+
+IslandReport IslandStepper::run(double t, double duration) {
+  const bool with_structure = !island_->structures.empty();
+  const bool small = static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && !with_structure;
+  double done = 0;
+  double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
+  condensed_ = with_structure && may_condense(t);
+  while (duration - done > 1e-12 * duration) {
+    Trial trial;
+    trial.start = t + done;
+    trial.remaining = duration - done;
+    trial.lumped = !small || impacts_ > 200;
+    trial.h = next_length(trial, duration, longest);
+    find(trial.h);
+    if (with_structure && !condensed_) blow(trial.start, trial.h);
+    if (!trial.lumped && !impact_stage()) {
+      report_.failure = "impact could not be solved";
+      return report_;
+    }
+    weigh_springs();
+    if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
+    if (!take(trial)) return report_;
+    double taken = trial.h;
+    if (!trial.lumped && !locate_event(taken, trial.passes)) {
+      reject();
+      longest = 0.5 * trial.h;
+      if (longest < settings_.min_step) return fail_at_smallest_step();
+      continue;
+    }
+    longest = std::numeric_limits<double>::infinity();
+    if (condensed_ && !correct_skins(trial.start, taken)) {
+      reject();
+      condensed_ = false;   // for the rest of the stretch
+      continue;
+    }
+    correct_structures(trial.start, taken);
+    commit(t + done + taken, taken);
+    done += taken;
+    ++report_.counters.steps;
+    report_.counters.last_step = taken;
+    if (!problem_.contacts.empty() || trial.closed) {
+      rest_check(taken);
+      // At structures as far as the next step reaches, which then need not search again.
+      const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
+      report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
+    } else {
+      ++report_.counters.flights;
+      report_.at_rest = false;
+    }
+  }
+  report_.next_step = suggested_;
+  return report_;
+}
+
+/// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.
+double IslandStepper::next_length(const Trial& trial, double duration, double longest) {
+  const bool with_structure = !island_->structures.empty();
+  const double remaining = trial.remaining;
+  const double expected =
+      std::min(remaining, suggested_ > 0 ? (with_structure && !condensed_ ? lengthening : 1.0) * suggested_ : step_limit(remaining, trial.lumped));
+  if (with_structure && !condensed_ && suggested_ > 0) follow_skins(expected);
+  find(expected);
+  double h = step_limit(remaining, trial.lumped);
+  if (condensed_) {
+    const double length = condensed_length(trial.start, duration, remaining, h);
+    condensed_ = length > 0;
+    if (condensed_) h = length;
+  }
+  if (!condensed_) skins_.clear();
+  if (with_structure && !condensed_) h = structure_step(duration, h);
+  h = std::min({h, remaining, longest});
+  if (h < remaining && !condensed_) h = remaining / std::ceil(remaining / h - 1e-9);
+  return h;
+}
+
+double IslandStepper::step_limit(double remaining, bool lumped) const {
+  if (settings_.fixed_step > 0) return settings_.fixed_step;
+  if (!lumped) {
+    double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
+    // In flight the onset search follows chords: half a radian at most.
+    for (const Body& b : bodies_) {
+      const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
+      if (spin * h > 0.5 && !island_->pairs.empty()) h = 0.5 / spin;
+    }
+    return h;
+  }
+  // Large islands: motion within a step stays a small part of the block size, set by accuracy.
+  double h = std::sqrt(settings_.accuracy * 4 * length_ / std::max(model_.gravity.norm(), 1e-12));
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const double radius = model_.blocks[k].shape->radius;
+    const double spin = state_.w[k].norm();
+    if (spin > 0) h = std::min(h, std::sqrt(settings_.accuracy * 8) / spin);
+    const double speed = state_.v[k].norm();
+    if (speed > 0) h = std::min(h, 5 * std::sqrt(settings_.accuracy) * radius / speed);
+  }
+  return h;
+}
+
+/// Step at structures: equal parts of the stretch below the stable step, halved as the contacts ask. They are lengthened again by little at
+/// a time: a leapfrog whose step jumps near its stable one feeds its highest modes, jump by jump. Short parts of a short stretch bind no later one.
+double IslandStepper::structure_step(double duration, double longest) {
+  double stable = std::numeric_limits<double>::infinity();
+  for (int s : island_->structures) stable = std::min(stable, env_.structures[static_cast<std::size_t>(s)].structure->critical_step());
+  double h = duration / std::ceil(duration / stable * (1 - 1e-12));
+  longest = std::min(longest, rise_limit(h));
+  bool bound = h > longest * (1 + 1e-9);
+  while (h > longest * (1 + 1e-9)) h *= 0.5;
+  if (suggested_ > 0 && h > lengthening * suggested_) h = lengthening * suggested_, bound = true;
+  suggested_ = bound ? h : stable;
+  return h;
+}
+
+/// The leapfrog's own correction (the condensed one has had its), and where the skins are then.
+void IslandStepper::correct_structures(double t, double h) {
+  for (int s : island_->structures) {
+    StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
+    if (!condensed_) {
+      shares_.clear();
+      for (const NodeShare& n : node_impulses_)
+        if (n.structure == s) shares_.push_back({n.node, n.impulse});
+      part.structure->correct(t, h, shares_);
+    }
+    part.index->refit(part.structure->surface());
+    ++(condensed_ ? report_.counters.condensed_steps : report_.counters.structure_steps);
+  }
+}
+
+void IslandStepper::reject() {
+  restore();
+  ++report_.counters.rejected;
+}
+
+IslandReport IslandStepper::fail_at_smallest_step() {
+  report_.failure = "the contact problem could not be solved at the smallest step";
+  return report_;
+}
+
+void IslandStepper::rest_check(double h) {
+  double still = 1e-6 * model_.gravity.norm() * h;
+  bool rest = still > 0 && certified_;
+  for (int s : island_->structures) rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
+  if (condensed_) still += 2 * skin_speed();
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const double radius = model_.blocks[k].shape->radius;
+    rest = rest && b.v0.head<3>().norm() + radius * b.v0.segment<3>(3).norm() <= still &&
+           state_.v[k].norm() + radius * state_.w[k].norm() <= still &&
+           (!model_.blocks[k].deformable || radius * (state_.eps_rate[k].norm() + b.v0.tail<6>().norm()) <= still);
+  }
+  report_.at_rest = rest;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,149 @@
+// The smooth part of a step: rows about its end, solved, moved, and again; and how closely.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+double IslandStepper::fastest() const {
+  double most = 0;
+  for (const Body& b : bodies_)
+    most = std::max(most, b.v0.head<3>().norm() + model_.blocks[static_cast<std::size_t>(b.block)].shape->radius * b.v0.segment<3>(3).norm());
+  return most;
+}
+
+contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bool small, bool still) const {
+  contact::SolveSettings settings;
+  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
+  settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest(), 1e-4 * speed_, speed_);
+  // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
+  const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / h / settings.velocity_scale : 0;
+  const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
+  settings.tolerance = small ? 1e-12 * coarse : still ? 1e-9 : std::max(std::min(allowed, settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
+  // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
+  // what that end is off; those of a provisional pass need not be solved closer.
+  if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
+  else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
+  // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
+  double largest = 0;
+  for (const contact::ProblemContact& c : problem_.contacts) largest = std::max(largest, c.bias.cwiseAbs().maxCoeff());
+  const double round_off = std::numeric_limits<double>::epsilon() * largest / settings.velocity_scale;
+  settings.tolerance = std::max(settings.tolerance, 16 * round_off);
+  settings.sufficient = std::max(settings.sufficient, 4096 * round_off);
+  return settings;
+}
+
+bool IslandStepper::solve(double h, Effort effort) {
+  if (problem_.contacts.empty()) {
+    problem_.v = problem_.v_hat;
+    return true;
+  }
+  const bool small = problem_.contacts.size() <= 60, still = fastest() < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  contact::SolveSettings settings = solve_settings(h, effort, small, still);
+  Counters& n = report_.counters;
+  const auto attempt = [&] {
+    const contact::SolveReport r = solver_.solve(problem_, settings);
+    n.newton += r.newton;
+    n.sweeps += r.sweeps;
+    n.outer += r.outer;
+    return r;
+  };
+  contact::SolveReport r = attempt();
+  const bool no_better = effort == Effort::last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
+  residual_ = r.residual;
+  // Where touches contradict each other by so little no other rows would help: taken as it is.
+  if (!r.converged && no_better && small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) {
+    r.converged = true;
+    r.tier = 'C';
+  }
+  certified_ = r.converged;
+  if (!r.converged && still && !small && h > 0 && r.residual <= settings_.accuracy) {   // a step like any other, though it proves no rest
+    r.converged = true;
+    r.tier = 'C';
+  }
+  if (!r.converged && effort == Effort::last_resort) {
+    // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
+    settings.exact_coulomb = false;
+    settings.sufficient = 1e-6;
+    for (contact::ProblemContact& c : problem_.contacts) {   // a little give: what is jammed between friction cones has no largest force
+      c.compliance.array() += 1e-7 * normal_compliance(c);
+      c.impulse.setZero();
+    }
+    r = attempt();
+    r.tier = 'E';
+  }
+  if (!r.converged) return false;   // the caller refines the rows or halves the step, tier D
+  n.worst_residual = std::max(n.worst_residual, r.residual);
+  (r.tier == 'A' ? n.tier_a : r.tier == 'B' ? n.tier_b : r.tier == 'C' ? n.tier_c : n.tier_e) += 1;
+  return true;
+}
+
+IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
+  Outcome out;
+  choose_springs(h, lumped);
+  begin_step(h, false);
+  pending_ = Ledger{};
+  // Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however long the step.
+  for (Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    if (b.v0.head<3>().norm() + model_.blocks[k].shape->radius * b.v0.segment<3>(3).norm() > 1e-3 * h * model_.gravity.norm()) continue;
+    b.ref = b.start;
+    b.v_ref = b.v0;
+    linearise_at(b, b.q0);
+  }
+  std::vector<Vec3> last_c;
+  std::vector<Quat> last_q;
+  constexpr int most_passes = 12;   // while a spring's law is not met at the indentation reached
+  bool solved = true;
+  for (int pass = 0; pass < most_passes; ++pass) {
+    assemble(h, lumped, pass == 0);
+    solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated);
+    if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
+    apply(h);
+    if (!finite()) return out;
+    if (problem_.contacts.empty()) break;
+    const bool met = solved && laws_met(h);
+    double error = 0;
+    for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {
+      const auto k = static_cast<std::size_t>(bodies_[i].block);
+      error = std::max(error, (state_.c[k] - last_c[i]).norm() / length_);
+      error = std::max(error, 2 * (state_.q[k].conjugate() * last_q[i]).vec().norm());
+    }
+    if (pass > 0 && pass < passes) out.error = error;
+    if (met && (pass + 1 >= passes || (pass > 0 && error < 1e-14))) break;
+    last_c.clear();
+    last_q.clear();
+    for (Body& b : bodies_) {
+      const auto k = static_cast<std::size_t>(b.block);
+      last_c.push_back(state_.c[k]);
+      last_q.push_back(state_.q[k]);
+      b.ref = dda::pose(state_, b.block);
+      b.v_ref << state_.v[k], state_.w[k], state_.eps_rate[k];
+      linearise_at(b, state_.q[k]);
+    }
+  }
+  if (!island_->structures.empty()) collect_node_impulses();
+  book(h);
+  out.ok = true;
+  return out;
+}
+
+bool IslandStepper::laws_met(double h) const {
+  // The rows hold the law's tangent; is the force that they gave the law's own at the indentation reached?
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.stiffness == 0 || t.mode == Mode::spring_secant) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    double derivative = 0;
+    double force = t.mode == Mode::spring_mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, derivative) : t.normal_law.force(t.indentation);
+    if (t.dashpot > 0) {
+      const double u = t.u_ref - (t.indentation + t.gap_ref) / (t.theta * h);
+      force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
+    }
+    if (std::abs(c.impulse[0] - h * std::max(force, 0.0)) > 1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_)) return false;
+  }
+  return true;
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,155 @@
+// One step until it stands: solved, then shortened while its error, its energy or something met on the way asks for it.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
+  const Vec3 u = point_velocity(state_, t.b, x) - partner_velocity(state_, env_, t.a, t.at);
+  return u - t.at.normal * t.at.normal.dot(u);
+}
+
+/// False: the run ends here, the report says why.
+bool IslandStepper::take(Trial& trial) {
+  trial.closed = has_closed();
+  trial.passes = trial.lumped || !trial.closed ? 1 : 3;
+  trial.adaptive = !trial.lumped && settings_.fixed_step <= 0;
+  save();
+  ahead_.assign(island_->pairs.size(), 0.0);
+  if (trial.adaptive && trial.closed)
+    for (const Touch& touch : touches_) trial.slip_before.push_back(slip(touch, touch.at.point_b));
+  for (;;) {
+    if (stopped()) {
+      report_.stopped = true;
+      return false;
+    }
+    step_length_ = trial.h;
+    for (int s : island_->structures) {
+      Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
+      condensed_ ? structure.predict_condensed(trial.start, trial.h) : structure.predict(trial.start, trial.h);
+    }
+    if (condensed_) gather_skins();
+    // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
+    const Outcome o = smooth(trial.h, trial.lumped, trial.passes, trial.halved >= 8 || 0.5 * trial.h < settings_.min_step);
+    if (refused(trial, o)) {
+      if (trial.h >= settings_.min_step) continue;
+      fail_at_smallest_step();
+      return false;
+    }
+    if (shortened(trial)) continue;
+    if (trial.adaptive && trial.closed) {
+      const double grow = o.error > 0 ? std::clamp(0.9 * std::cbrt(error_limit() / o.error), 0.3, 2.0) : 2.0;
+      // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
+      const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
+      suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
+    }
+    return true;
+  }
+}
+
+/// Not solved, or with too large an error: taken back, `trial` asks for a shorter step.
+bool IslandStepper::refused(Trial& trial, const Outcome& o) {
+  const double limit = error_limit();
+  if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
+  reject();
+  if (!o.ok) ++report_.counters.tier_d, ++trial.halved;
+  trial.h *= o.ok && !condensed_ ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
+  return true;
+}
+
+/// True if the step just solved was taken back for a shorter one, or for one with more rows.
+bool IslandStepper::shortened(Trial& trial) {
+  if (trial.adaptive && may_shorten(trial) && gains_energy() && ++trial.refined <= 8) {
+    reject();
+    trial.h *= 0.5;
+    return true;
+  }
+  if (trial.lumped && may_shorten(trial) && ++trial.cuts <= 30 && met_others(trial)) return true;
+  if (condensed_ && settings_.fixed_step <= 0) {
+    const double error = condensed_error(trial.h);
+    if (error > error_limit() && may_shorten(trial)) {
+      reject();
+      trial.h *= 0.5;
+      return true;
+    }
+    suggested_ = error < error_limit() / 8 ? 2 * trial.h : trial.h;
+  }
+  if (!trial.adaptive || !trial.closed) return false;
+  if (trial.releases < 3 && cut_at_release(trial.h)) {
+    ++trial.releases;
+    restore();
+    return true;
+  }
+  return cut_at_stop(trial);
+}
+
+/// What a lumped step met without a row: solved again with rows for it; else it ends short, and a row is there in the next one.
+bool IslandStepper::met_others(Trial& trial) {
+  const Crossing met = crossing();
+  if (met.first >= 1 && !met.listed) return false;
+  reject();
+  for (Touch& touch : touches_)
+    if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / trial.h;
+  if (met.first < 1) trial.h *= condensed_ ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
+  if (met.listed) look_ahead();
+  return true;
+}
+
+/// Sliding that stops within the step: the step is cut so that it ends there, else the trapezoid would slide on to its end.
+bool IslandStepper::cut_at_stop(Trial& trial) {
+  if (trial.stop_located || !may_shorten(trial)) return false;
+  if (const int stopped = stopped_touch(trial); stopped >= 0) {
+    trial.stopping = stopped;
+    restore();
+    trial.h *= 0.5;
+    return true;
+  }
+  if (trial.stopping < 0) return false;
+  // Slides to the end of this shorter step: friction takes its speed at a steady rate.
+  trial.stop_located = true;
+  const Touch& touch = touches_[static_cast<std::size_t>(trial.stopping)];
+  const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(touch.b)])];
+  const Vec3 from = trial.slip_before[static_cast<std::size_t>(trial.stopping)];
+  const Pose now = dda::pose(state_, touch.b);
+  const double left = slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) / from.squaredNorm();
+  if (!(left > 0.05 && left < 1)) return false;
+  restore();
+  trial.h /= 1 - left;
+  return true;
+}
+
+/// The touch that slid farthest at the start and sticks by the solution, if that matters; -1: none.
+int IslandStepper::stopped_touch(const Trial& trial) const {
+  int stopped = -1;
+  double longest = error_limit() * length_;   // what sliding on would add at most
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Touch& touch = touches_[i];
+    const bool trapezoid = touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
+    if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
+    const bool sticks = touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
+    const double path = 0.5 * trial.h * trial.slip_before[i].norm();
+    if (!sticks || path <= longest) continue;
+    longest = path;
+    stopped = static_cast<int>(i);
+  }
+  return stopped;
+}
+
+bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 * settings_.min_step; }
+
+/// True if the step just computed made more energy than the accuracy allows of what the island moves and stores: its error, and order 2 or better.
+bool IslandStepper::gains_energy() const {
+  double scale = 0;
+  for (const Body& b : bodies_) {
+    const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+    scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 + 0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
+  }
+  for (const Touch& t : touches_)
+    if (t.row >= 0) scale += t.stored;
+  return -pending_.algorithmic > 0.05 * settings_.accuracy * scale;
+}
+
+}  // namespace talus::coupling
