@@ -36,36 +36,53 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
 }
 
 /// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in series with the touched
-/// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring the energy.
-/// What a step loses goes with its square: blocks with a part of the largest energy take as many exchanges as the root of that part.
+/// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring energy: what
+/// they would give in stopping where they approach, and what their force holds already, so that a piece that lies on the structure or moves
+/// along with it does not count. What a step loses goes with its square: blocks with a part of the largest energy take as many exchanges
+/// as the root of that part.
 /// `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
   if (bodies_.empty()) return std::numeric_limits<double>::infinity();   // structures alone
   constexpr double fewest = 2;   // a step that still resolves the contact's own oscillation
-  std::vector<double> stiffness(bodies_.size(), 0.0), energy(bodies_.size(), 0.0);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const auto k = static_cast<std::size_t>(bodies_[i].block);
-    energy[i] = model_.blocks[k].mass * state_.v[k].squaredNorm();
+  struct AtSkin {
+    double stiffness = 0, hard = 0, approach = 0, stored = 0;   // hard: the part of hard contacts
+    Vec3 force = Vec3::Zero();
+  };
+  std::vector<AtSkin> skin(bodies_.size());
+  double most = 0;   // twice the energy, as below
+  for (const Body& b : bodies_) {
+    const auto k = static_cast<std::size_t>(b.block);
+    const double falls = 0.1 * settings_.accuracy * model_.gravity.norm() * model_.blocks[k].shape->radius;   // what the accuracy asked for leaves open
+    most = std::max(most, model_.blocks[k].mass * (state_.v[k].squaredNorm() + falls));
   }
-  for (const Touch& t : touches_)
-    if (t.b >= 0 && deformable_structure(t)) energy[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])] += 2 * t.stored;
-  const double most = *std::max_element(energy.begin(), energy.end());
   for (const Touch& t : touches_) {
-    if (t.b < 0 || !deformable_structure(t) || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
-    const auto l = static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]);
-    if (t.stiffness == 0 && energy[l] < 0.01 * most) continue;
+    if (t.b < 0 || !deformable_structure(t)) continue;
+    AtSkin& s = skin[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
+    s.stored += 2 * t.stored;
+    if (t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
     const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
     const double cell = part.structure->young() * face_edge(part.index->surface(), t.at.face_a);
-    stiffness[l] += t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
+    const double k = t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
+    s.stiffness += k;
+    if (t.stiffness == 0) s.hard += k;
+    s.approach = std::max(s.approach, -t.approach);
+    s.force += t.warm;
   }
   double limit = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (stiffness[i] > 0) {
-      const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
-      const double part = most > 0 ? std::sqrt(energy[i] / most) : 1.0;
-      const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
-      limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / stiffness[i]) / exchanges);
-    }
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    AtSkin& s = skin[i];
+    if (s.stiffness == 0) continue;
+    const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
+    const double brought = mass * s.approach * s.approach + s.force.squaredNorm() / s.stiffness;
+    const bool sprung = s.stiffness > s.hard * (1 + 1e-12);
+    const bool gentle = brought < 0.01 * most;
+    if (gentle && !sprung) continue;
+    if (gentle) s.stiffness -= s.hard;
+    const double energy = sprung ? mass * state_.v[static_cast<std::size_t>(bodies_[i].block)].squaredNorm() + s.stored : brought;
+    const double part = most > 0 ? std::min(1.0, std::sqrt(energy / most)) : 1.0;
+    const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
+    limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / s.stiffness) / exchanges);
+  }
   return limit;
 }
 

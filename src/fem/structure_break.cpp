@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
+#include "fem/piece_shape.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
@@ -21,6 +23,7 @@ constexpr double cut_opening = 1e-3;     // [m]
 constexpr std::size_t least_piece = 2;   // cells; a single one is rubble
 constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
 constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
+constexpr double bent = 0.1;             // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
 }  // namespace
 
 std::array<double, 8> FemStructure::node_shares(int cell) const {
@@ -242,11 +245,24 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
   const ClosedSurface surface = close_surface(skin(mesh_, neighbours_, only));
-  for (int n : surface.node) f.vertices.push_back(position(n));
+  std::vector<Vec3> reference, present;
+  std::vector<double> weight;
+  std::map<int, std::size_t> at;
+  for (const auto& [n, m] : share) {
+    at.emplace(n, at.size());
+    reference.push_back(mesh_.nodes[n]);
+    present.push_back(position(n));
+    weight.push_back(m);
+  }
+  double smallest = std::numeric_limits<double>::infinity();
+  for (int cell : cells) smallest = std::min(smallest, cell_mass_[cell] / spec_.density);
+  const std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
+  for (int n : surface.node) f.vertices.push_back(points[at.at(n)]);
   for (const auto& v : surface.quad) {
     f.triangles.push_back({v[0], v[1], v[2]});
     f.triangles.push_back({v[0], v[2], v[3]});
   }
+  merge_planar(f.vertices, f.triangles);
   for (int cell : cells) switch_off(cell);
   for (const auto& [n, m] : share) {
     if (cells_at_node_[n] == 0) {
