@@ -55,15 +55,29 @@ class Finder {
         const Vec3& b = x_[static_cast<std::size_t>(block.triangles[k][(side + 1) % 3])];
         into_[3 * k + side] = normal_[static_cast<std::size_t>(block.triangle_face[k])].cross(b - a).normalized();
       }
+    // In the world's axes, and in the block's own: a tilted slab fills little of the first. Seen along a face's normal a skin triangle may
+    // leave the box by its own slope.
     const Box3 box = bounds(block, pose, margin);
+    const Mat3 back = pose.F.inverse();
+    Box3 own;
+    for (const Vec3& x : block.vertices) own.extend(x);
     s_.tree.traverse([&](const Vec3& lo, const Vec3& hi) { return (lo.array() <= box.max().array()).all() && (hi.array() >= box.min().array()).all(); },
                      [&](int t) {
-                       if (s_.triangle_box(t).intersects(box)) near_.push_back(t);
+                       const Box3 of_triangle = s_.triangle_box(t);
+                       if (!of_triangle.intersects(box)) return true;
+                       Box3 seen;
+                       for (const int v : s_.surface.triangles[static_cast<std::size_t>(t)]) seen.extend(back * (s_.surface.vertices[static_cast<std::size_t>(v)] - pose.c));
+                       const double about = (margin + deepest_ + 0.2 * of_triangle.diagonal().norm()) * back.norm();
+                       seen.min().array() -= about;
+                       seen.max().array() += about;
+                       if (seen.intersects(own)) near_.push_back(t);
                        return true;
                      });
     std::sort(near_.begin(), near_.end());
     for (const int t : near_) near_normal_.push_back(s_.normal[static_cast<std::size_t>(t)]);
   }
+
+  bool nothing_near() const { return near_.empty(); }
 
   void run(std::vector<Patch>& patches) {
     order_triangles();
@@ -417,11 +431,12 @@ class Finder {
 
 int skin_block(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double margin, std::vector<ContactPoint>& out) {
   const std::size_t before = out.size();
+  Finder finder(index, B, pose_b, margin);
+  if (finder.nothing_near()) return 0;
   thread_local std::vector<ContactPoint> points;
   points.clear();
   surface_block(index, B, pose_b, margin, points);
   std::vector<Patch> patches;
-  Finder finder(index, B, pose_b, margin);
   finder.run(patches);
   finder.press(patches, out);
   finder.add_vertices(patches, out);

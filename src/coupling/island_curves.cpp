@@ -52,9 +52,10 @@ double IslandStepper::rise_limit(double ahead) const {
   double most = 0;   // twice the energy, as below
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
-    const double falls = 0.1 * settings_.accuracy * model_.gravity.norm() * model_.blocks[k].shape->radius;   // what the accuracy asked for leaves open
-    most = std::max(most, model_.blocks[k].mass * (state_.v[k].squaredNorm() + falls));
+    most = std::max(most, model_.blocks[k].mass * state_.v[k].squaredNorm());
   }
+  constexpr double least = 0.01;   // of the largest energy
+  const double rattles = gentle_speed() * gentle_speed() / least;
   for (const Touch& t : touches_) {
     if (t.b < 0 || !deformable_structure(t)) continue;
     AtSkin& s = skin[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
@@ -75,11 +76,12 @@ double IslandStepper::rise_limit(double ahead) const {
     const double mass = model_.blocks[static_cast<std::size_t>(bodies_[i].block)].mass;
     const double brought = mass * s.approach * s.approach + s.force.squaredNorm() / s.stiffness;
     const bool sprung = s.stiffness > s.hard * (1 + 1e-12);
-    const bool gentle = brought < 0.01 * most;
+    const double scale = std::max(most, sprung ? 0.0 : mass * rattles);   // debris that only rattles is at rest for the accuracy asked for
+    const bool gentle = brought < least * scale;
     if (gentle && !sprung) continue;
     if (gentle) s.stiffness -= s.hard;
     const double energy = sprung ? mass * state_.v[static_cast<std::size_t>(bodies_[i].block)].squaredNorm() + s.stored : brought;
-    const double part = most > 0 ? std::min(1.0, std::sqrt(energy / most)) : 1.0;
+    const double part = scale > 0 ? std::min(1.0, std::sqrt(energy / scale)) : 1.0;
     const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
     limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / s.stiffness) / exchanges);
   }

@@ -21,10 +21,12 @@ contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bo
   // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
   const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / h / settings.velocity_scale : 0;
   const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
-  settings.tolerance = small ? 1e-12 * coarse : still ? 1e-9 : std::max(std::min(allowed, settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
+  // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
+  const bool sub_step = h > 0 && !condensed_ && !island_->structures.empty();
+  settings.tolerance = small ? (sub_step ? 1e-9 : 1e-12) * coarse : still ? 1e-9 : std::max(std::min(allowed, settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
-  if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
+  if (small) settings.sufficient = effort == Effort::provisional || sub_step ? 1e-7 : 1e-10 * coarse;
   else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
   double largest = 0;

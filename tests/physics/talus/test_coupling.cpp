@@ -123,5 +123,23 @@ TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
   EXPECT_LT(std::abs(o.last().ledger.residual), 0.01 * o.rows.front().ledger.kinetic);
 }
 
+/// Coupled steps of 5 ms in which a cube of 0.4 t lies on a slab, or comes down on it from 0.1 mm, and moves along at 20 m/s; over those that
+/// the slab's own stable step asks for.
+double steps_over_stable(double height, double down) {
+  SceneText s(Method::by_accuracy(1e-3), 5e-3, Vec3(0, 0, -9.81));
+  s.history(5e-3).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 3200).interface("rock", "concrete", 0.3);
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(0.1, 0.01, 0.75 + height), velocity(Vec3(20, 0, -down)));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0.3, 0, 0.25), {8, 8, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
+  const Outcome o = run_scene(s.str());
+  EXPECT_TRUE(o.ok());
+  EXPECT_GT(o.result.audit.impulse_on_structure.norm(), 0);
+  return static_cast<double>(o.result.counters.structure_steps) * o.simulation->structures()[0]->critical_step() / 5e-3;
+}
+
+TEST(Rise, WhatSlidesAlongSetsNoStepAndABlowDoes) {
+  EXPECT_LT(steps_over_stable(0, 0), 1.2);
+  EXPECT_GT(steps_over_stable(1e-4, 10), 1.5);
+}
+
 }  // namespace
 }  // namespace talus::verify
