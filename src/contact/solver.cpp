@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "contact/problem.hpp"
+#include "contact/solver_normal.hpp"
 #include "contact/solver_search.hpp"
 #include "contact/solver_sweep.hpp"
 #include "contact/solver_system.hpp"
@@ -22,7 +23,7 @@ void ContactProblem::clear() {
 
 struct ContactSolver::Work {
   Search search;
-  LocalSweeps local;
+  NormalSweeps normal;
   std::vector<Touch> every;        // all contacts, while a part is solved
   std::vector<Vec3> every_p;
   std::vector<char> chosen;
@@ -124,8 +125,8 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   search.consider(search.p, search.v, system.residual(search.v, search.p));
   constexpr int few = 60;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(), [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
-  if (search.best > tolerance && nc > few && frictionless) {   // convex and mostly local: nothing gets there sooner
-    work_->local.run(system, search.p, search.v, tolerance, 40);
+  if (search.best > tolerance && nc > few && frictionless) {
+    work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
   } else if (search.best > tolerance) {

@@ -1,0 +1,40 @@
+/// Problems without friction: one normal impulse per contact, a convex quadratic program with bounds.
+///
+///   minimise over p >= floor:   1/2 p^T N p + (J v_hat + b)^T p,     N = J A^-1 J^T + R,  J the normal rows alone
+///
+/// Symmetric Gauss-Seidel sweeps as the preconditioner of nonlinear conjugate gradients (Fletcher-Reeves, restarted when the step
+/// grows) [silcowitz2010]: a pair of sweeps is one gradient step.
+///
+/// symbol   meaning                                           unit        shape
+/// d_i      diagonal of N                                     1/kg        1
+/// step     what a pair of sweeps changes                     N s         contacts
+#pragma once
+#include <vector>
+
+#include "contact/solver_system.hpp"
+
+namespace talus::contact::detail {
+
+class NormalSweeps {
+ public:
+  /// From the normal impulses of p; v is their velocity field, and is kept up. Ends when the residual is below the tolerance [m/s] or after
+  /// `budget` sweeps.
+  void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget);
+
+ private:
+  struct Row { int first, count; double bias, diagonal, scale, compliance, floor; };   // terms; as of a Touch
+  struct Term { int v, n; std::size_t at; };                                           // of J; Y follows it
+  void gather(const System& system, const std::vector<Vec3>& p);
+  double velocity(const Row& row, const double* v) const;
+  void push(const Row& row, double change, double* v) const;
+  double sweep(bool forward, double* v);
+  void carry_on(double momentum, double* v);
+  double residual(const double* v) const;
+
+  std::vector<Row> rows_;
+  std::vector<Term> terms_;
+  std::vector<double> coefficients_;   // per term J, then Y = J A^-1, n each
+  std::vector<double> p_, before_, direction_;
+};
+
+}  // namespace talus::contact::detail
