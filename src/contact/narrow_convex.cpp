@@ -41,6 +41,14 @@ void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAx
   points.push_back(c);
 }
 
+/// True if the line of the centres parts the two by more than the margin, as it does most candidates of a heap.
+bool apart_along(const Hull& a, const Hull& b, const Vec3& between, double margin) {
+  double low, high, unused;
+  a.extent(between, unused, high);
+  b.extent(between, low, unused);
+  return low - high > margin * between.norm();
+}
+
 }  // namespace
 
 int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
@@ -52,6 +60,7 @@ int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, 
   if (between.squaredNorm() > reach * reach) return 0;
   s.a.set(a, Vec3::Zero(), pose_a.F);
   s.b.set(b, between, pose_b.F);
+  if (apart_along(s.a, s.b, between, margin)) return 0;
   const double touch = 1e-9 * std::min(ra, rb) + 1e-15 * (std::max(ra, rb) + pose_a.c.cwiseAbs().maxCoeff());
   const HullPair pair{s.clip, s.a, s.b, margin, touch};
   const bool small = a.axis_edges.size() * b.axis_edges.size() <= 36 && !a.axis_edges.empty() && !b.axis_edges.empty() &&

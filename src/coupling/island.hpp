@@ -95,6 +95,7 @@ class IslandStepper {
   void find(double h, bool at_start = true);
   void find_moved(const std::vector<Pose>& last, std::vector<double>& carried);
   void carry_pair(std::size_t pair, const std::vector<Pose>& last);
+  void take_carried();
   void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
@@ -102,6 +103,9 @@ class IslandStepper {
   void gather_touches();
   void carry();
   double reach(int block, double h) const;
+  double approach_reach(const CandidatePair& pair, double h) const;
+  bool in_heap() const { return static_cast<int>(island_->blocks.size()) > settings_.event_blocks && island_->structures.empty(); }
+  double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
   bool leapfrog(const Touch& touch) const { return !condensed_ && deformable_structure(touch); }

@@ -46,6 +46,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   memory.feature = t.at.key;
   memory.force = p / h;
   memory.broken = t.broken;
+  memory.place = t.at.point_a;
   if (c.cohesion > 0 || c.tension > 0) {
     const bool opened = c.impulse.isZero(0);
     const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
@@ -58,7 +59,6 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   if (t.stiffness > 0) {
     memory.normal_energy = normal_energy_at_end(t);
     memory.crushed = std::max(0.0, t.normal_law.crushed_after(t.indentation));
-    memory.place = t.at.point_a;
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
     const bool own = deformable_structure(t);

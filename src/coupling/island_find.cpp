@@ -9,6 +9,32 @@
 #include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
+namespace {
+
+/// Forces of a pair's features that have vanished go to the nearest of its closed ones (gap up to `closed`), first of those that have just appeared:
+/// faces that lie on each other name their corners now by the one, now by the other, and still carry the load that the solver starts from.
+void hand_over(std::span<Touch> pair, const std::vector<ContactMemory>& memory, double closed) {
+  const std::uint64_t partner = pair.front().a.id();
+  for (const ContactMemory& m : memory) {
+    if (m.partner != partner || m.force.isZero(0) || std::any_of(pair.begin(), pair.end(), [&](const Touch& t) { return t.at.key == m.feature; })) continue;
+    Touch* heir = nullptr;
+    const auto rank = [&](const Touch& t) { return std::pair(t.persistent, (t.at.point_a - m.place).squaredNorm()); };
+    for (Touch& t : pair)
+      if (t.at.gap <= closed && (heir == nullptr || rank(t) < rank(*heir))) heir = &t;
+    if (heir != nullptr) heir->warm += m.force;
+  }
+}
+
+/// True if the spheres about two blocks say that no features of theirs are within the margin.
+bool far_apart(const dda::Model& model, const dda::State& state, const CandidatePair& pair, double margin) {
+  if (pair.a.kind != Partner::Kind::block) return false;
+  const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
+  if (!state.eps[a].isZero(0) || !state.eps[b].isZero(0)) return false;
+  const double reach = model.blocks[a].shape->radius + model.blocks[b].shape->radius + margin;
+  return (state.c[b] - state.c[a]).squaredNorm() > reach * reach;
+}
+
+}  // namespace
 
 double IslandStepper::reach(int block, double h) const {
   const int l = local_[static_cast<std::size_t>(block)];
@@ -16,6 +42,14 @@ double IslandStepper::reach(int block, double h) const {
   const auto k = static_cast<std::size_t>(block);
   const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
   return h * speed + h * h * model_.gravity.norm();
+}
+
+/// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and what rows are made for ahead. What
+/// impulses change in the step is met by its solution (crossing()).
+double IslandStepper::approach_reach(const CandidatePair& pair, double h) const {
+  const auto a = static_cast<std::size_t>(pair.a.index), b = static_cast<std::size_t>(pair.b);
+  const double turning = model_.blocks[a].shape->radius * state_.w[a].norm() + model_.blocks[b].shape->radius * state_.w[b].norm();
+  return h * ((state_.v[b] - state_.v[a]).norm() + turning) + h * h * model_.gravity.norm() + row_reach();
 }
 
 void IslandStepper::find(double h, bool at_start) {
@@ -43,6 +77,7 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
     const int l = local_[static_cast<std::size_t>(block)];
     return l >= 0 ? way[static_cast<std::size_t>(l)] : 0.0;
   };
+  std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];
     if (moving_skin(pair.a)) return;
@@ -52,12 +87,22 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
     if (carried[i] > 1e-5 * length_) {
       look(i);
       carried[i] = 0;
+      searched.store(true, std::memory_order_relaxed);
     } else {
       margins_[i] -= moved;
       carry_pair(i, last);
     }
   });
-  gather_touches();
+  if (searched) gather_touches();
+  else take_carried();
+}
+
+/// The touches gathered before, where their pairs have been carried to.
+void IslandStepper::take_carried() {
+  std::size_t k = 0;   // the order of the pairs, and of the touches within one, is the same; some were dropped
+  for (const std::vector<Touch>& of : touches_of_)
+    for (const Touch& t : of)
+      if (k < touches_.size() && touches_[k].a == t.a && touches_[k].b == t.b && touches_[k].at.key == t.at.key) touches_[k++].at = t.at;
 }
 
 /// Points and gaps of a pair's touches go along with its blocks.
@@ -139,20 +184,24 @@ void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const
 void IslandStepper::look(std::size_t i) {
   const CandidatePair& pair = island_->pairs[i];
   double margin = reach(pair.b, found_for_) + 1e-6 * length_;
-  if (pair.a.kind == Partner::Kind::block) margin += reach(pair.a.index, found_for_);
+  if (pair.a.kind == Partner::Kind::block) margin = in_heap() ? approach_reach(pair, found_for_) : margin + reach(pair.a.index, found_for_);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
   margins_[i] = margin;
   touches_of_[i].clear();
+  if (far_apart(model_, state_, pair, margin)) return;
   find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
 }
 
-/// Springs go on from what the pairs remember.
+/// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
 void IslandStepper::carry() {
   for (std::size_t first = 0, last; first < touches_.size(); first = last) {
     const Touch& t = touches_[first];
     last = first + 1;
     while (last < touches_.size() && touches_[last].a == t.a && touches_[last].b == t.b) ++last;
-    if (!moving_skin(t.a)) carry_springs(std::span(touches_).subspan(first, last - first), history_[static_cast<std::size_t>(t.b)]);
+    if (moving_skin(t.a)) continue;
+    const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
+    carry_springs(std::span(touches_).subspan(first, last - first), memory);
+    if (in_heap()) hand_over(std::span(touches_).subspan(first, last - first), memory, 1e-4 * length_);
   }
 }
 

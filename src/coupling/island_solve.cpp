@@ -28,6 +28,8 @@ contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bo
   // what that end is off; those of a provisional pass need not be solved closer.
   if (small) settings.sufficient = effort == Effort::provisional || sub_step ? 1e-7 : 1e-10 * coarse;
   else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
+  else if (h > 0 && in_heap())   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
+    settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * speed_ / settings.velocity_scale, allowed}));
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
   double largest = 0;
   for (const contact::ProblemContact& c : problem_.contacts) largest = std::max(largest, c.bias.cwiseAbs().maxCoeff());
@@ -60,6 +62,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     r.converged = true;
     r.tier = 'C';
   }
+  if (r.converged && !small && r.residual > settings.tolerance) r.tier = 'C';
   certified_ = r.converged;
   if (!r.converged && still && !small && h > 0 && r.residual <= settings_.accuracy) {   // a step like any other, though it proves no rest
     r.converged = true;
