@@ -66,6 +66,18 @@ double Search::swept(int count) {
   return residual;
 }
 
+bool Search::swept_while_it_pays() {
+  p = best_p;
+  double before = best;
+  for (int round = 0; round < 10; ++round) {
+    const double after = swept(20);
+    if (best <= sufficient_) return true;
+    if (after > 0.8 * before) break;
+    before = after;
+  }
+  return false;
+}
+
 void Search::start_from_nothing() {
   for (std::size_t i = 0; i < p.size(); ++i) p[i] = Vec3(std::max(0.0, system.touch[i].law.floor), 0, 0);
   system.velocities(p, v);
@@ -111,6 +123,9 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
   const bool near = small || best <= 1e-4 * settings.velocity_scale;
   if (near && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+
+  // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last impulses, a path does not.
+  if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
 
   // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations over problems of moving
   // heaps). The Newton method finishes, since the regions are known by then.

@@ -31,6 +31,7 @@ class Search {
   /// convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
   double swept(int count);   // residual after sweeps from p
+  bool swept_while_it_pays();
   void start_from_nothing();
 
   const SolveSettings* settings_ = nullptr;
