@@ -1,6 +1,7 @@
 // Sweeps where they are needed: what a disturbance does not reach stays as it is, and frictionless piles take hardly a factorisation.
 #include <gtest/gtest.h>
 
+#include "contact/solver_normal.hpp"
 #include "contact/solver_sweep.hpp"
 #include "solver_problems.hpp"
 
@@ -34,7 +35,7 @@ TEST(LocalSweeps, VisitOnlyWhatADisturbanceReaches) {
   for (int i = 12; i < 24; ++i) EXPECT_EQ(p[i], solved[i]) << "contact " << i << " of the tower that nobody touched";
 }
 
-TEST(LocalSweeps, LeaveLittleOfAFrictionlessPile) {
+TEST(NormalSweeps, LeaveLittleOfAFrictionlessPile) {
   Builder b = pile(8, 8, 2, 0, 0.005, 0.3, 5);
   ContactSolver solver;
   SolveSettings settings;
@@ -58,6 +59,48 @@ TEST(LocalSweeps, LeaveLittleOfAFrictionlessPile) {
     }
     EXPECT_TRUE(c.impulse.tail<2>().isZero(0));
   }
+}
+
+TEST(NormalSweeps, CarryTheWeightOfATallTowerDown) {
+  // Each face of 30 cubes carries what stands on it, which sweeps alone pass on by a face at a time.
+  constexpr int floors = 30;
+  Builder b = cubes(1, 1, floors, 0, 0.01);
+  detail::System system;
+  system.assemble(b.problem, false);
+  const std::vector<Vec3> none(system.touch.size(), Vec3::Zero());
+  std::vector<Vec3> p = none, plain = none;
+  std::vector<double> v, from_impulses;
+  system.velocities(p, v);
+  detail::NormalSweeps sweeps;
+  sweeps.run(system, p, v, 1e-4, 300);
+  system.velocities(p, from_impulses);
+  for (std::size_t k = 0; k < v.size(); ++k) EXPECT_NEAR(v[k], from_impulses[k], 1e-9);   // the field was kept up
+  const double residual = system.residual(from_impulses, p);
+  EXPECT_LE(residual, 1.1e-4);
+  system.velocities(plain, v);
+  detail::sweep(system, plain, v, 300);
+  EXPECT_GT(system.residual(v, plain), 3 * residual);
+}
+
+TEST(NormalSweeps, BodiesOfAnySizeAndHeldPartners) {
+  // A point mass on a fixed plane under a spring-like compliance: p = (v_hat + b) / (1/m + R), and none where it parts.
+  Builder b;
+  const double m = 4, R = 0.5;
+  const int me = b.body(m * Mat3::Identity(), Vec3(0, 0, -3));
+  for (const double sign : {1.0, -1.0}) {
+    ProblemContact& c = b.contact(0);
+    c.compliance = Vec3(R, R, R);
+    b.term(me, Builder::frame(sign * Z));
+  }
+  detail::System system;
+  system.assemble(b.problem, false);
+  std::vector<Vec3> p(2, Vec3::Zero());
+  std::vector<double> v;
+  system.velocities(p, v);
+  detail::NormalSweeps sweeps;
+  sweeps.run(system, p, v, 1e-12, 200);
+  EXPECT_NEAR(p[0].x(), 3 / (1 / m + R), 1e-10);
+  EXPECT_EQ(p[1].x(), 0);
 }
 
 }  // namespace
