@@ -1,0 +1,39 @@
+"""The tutorial as a reader follows it: its scenes pass `talus check`, each with the settings of its commands.
+
+Usage: tutorial.py TALUS REPOSITORY DIRECTORY
+"""
+import pathlib
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+talus, repository, out = sys.argv[1], pathlib.Path(sys.argv[2]), pathlib.Path(sys.argv[3])
+text = (repository / "docs/guide/tutorial.md").read_text()
+shutil.rmtree(out, ignore_errors=True)
+(out / "tutorial").mkdir(parents=True)
+terrain = repository / "cases/tirol-pier/terrain.asc"
+shutil.copy(terrain, out / "tutorial")
+
+blocks = re.findall(r"```toml\n(.*?)```", text, re.S)
+assert len(blocks) == 2, "the boulder alone, and what is appended for the pier"
+(out / "tutorial/slope.toml").write_text(blocks[0])
+(out / "tutorial/pier.toml").write_text(blocks[0] + blocks[1])
+
+# The extents named in the text are those of the grid, to a metre.
+head = {line.split()[0]: float(line.split()[1]) for line in terrain.read_text().splitlines()[:6]}
+named = [float(x) for x in re.search(r"x (\d+) to (\d+), y (\d+) to (\d+)", text).groups()]
+for axis, size in (("x", "ncols"), ("y", "nrows")):
+    low = head[f"{axis}llcenter"]
+    for value, true in zip(named[:2] if axis == "x" else named[2:], (low, low + (head[size] - 1) * head["cellsize"])):
+        assert abs(value - true) < 1, (axis, value, true)
+
+runs = [shlex.split(line) for line in re.findall(r"^build/release/(talus run .*)$", text, re.M)]
+assert len(runs) == 5, runs
+for command in runs:
+    settings = command[command.index("--set"):] if "--set" in command else []
+    done = subprocess.run([talus, "check", command[2], *settings], cwd=out, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, (command, done.stderr)
+    assert "error" not in done.stderr, (command, done.stderr)
+print(f"{len(runs)} commands")
