@@ -2,6 +2,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -9,6 +10,7 @@
 #include "geometry/block_output.hpp"
 #include "geometry/cut.hpp"
 #include "io/files.hpp"
+#include "sim/ground.hpp"
 #include "sim/rock_mass.hpp"
 
 namespace talus::app {
@@ -41,6 +43,12 @@ int command_cut(const Options& options) {
   for (const scene::JointSet& s : mass.joint_sets)
     keys.strength.push_back({std::atan(s.friction.value_or(law.friction)), s.cohesion.value_or(law.cohesion)});
   for (std::size_t i = 0; i <= mass.joints.size(); ++i) keys.strength.push_back({std::atan(law.friction), law.cohesion});   // the last for rock outside the region
+  const std::optional<geometry::Terrain> terrain = sim::load_ground(scene.site);
+  // A face closer to the ground than this, along its normal, rests on it.
+  const double reach = 1e-3 * std::cbrt(cut.region_volume);
+  keys.is_held = [reach, in_ground = sim::ground_of(terrain ? &terrain->surface : nullptr, scene.planes)](const Vec3& point, const Vec3& normal) {
+    return in_ground(point + reach * normal);
+  };
   const std::vector<geometry::KeyBlock> key_blocks = geometry::key_blocks(cut, keys);
 
   io::claim_directory(directory);

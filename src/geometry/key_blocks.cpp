@@ -103,8 +103,23 @@ KeyBlock key_block(const std::vector<BlockPlane>& given, double free_area, const
   return k;
 }
 
+namespace {
+
+Box3 bounds_of(const CutResult& cut) {
+  Box3 box;
+  for (const CutBlock& block : cut.blocks)
+    for (const Vec3& v : block.body.vertices) box.extend(block.centroid + v);
+  return box;
+}
+
+}  // namespace
+
 std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& options) {
-  const auto is_free = options.is_free ? options.is_free : [](const Vec3&, const Vec3& n) { return n.z() > -1e-6; };
+  const Box3 box = bounds_of(cut);
+  const auto is_held = [&](const Vec3& point, const Vec3& normal) {
+    const bool on_base = normal.z() < -1 + 1e-9 && point.z() - box.min().z() < 1e-6 * box.sizes().norm();
+    return on_base || (options.is_held && options.is_held(point, normal));
+  };
   const auto strength = [&](int joint) {
     if (options.strength.empty()) return JointStrength{};
     const int last = static_cast<int>(options.strength.size()) - 1;
@@ -126,7 +141,7 @@ std::vector<KeyBlock> key_blocks(const CutResult& cut, const KeyBlockOptions& op
     double free_area = 0;
     for (int f = 0; f < p.faces(); ++f) {
       const int joint = p.face_joint_set[f];
-      if (joint < 0 && is_free(block.centroid + middle[f] / area[f], p.face_normals[f])) free_area += area[f];
+      if (joint < 0 && !is_held(block.centroid + middle[f] / area[f], p.face_normals[f])) free_area += area[f];
       else planes.push_back({-p.face_normals[f], area[f], strength(joint), joint});
     }
     out.push_back(key_block(planes, free_area, options.density * block.volume * options.gravity));

@@ -59,7 +59,7 @@ const Module& module(const std::string& for_file) {
 }
 
 /// What the library's reader of ESRI ASCII grids lets pass: words where heights should be count as zero, values beyond the last are left
-/// unread. Decimal commas are allowed, as there.
+/// unread, and what follows a decimal comma is cut off.
 void check_ascii_grid(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   std::string text(5, ' ');
@@ -68,8 +68,12 @@ void check_ascii_grid(const std::string& path) {
   text.resize(static_cast<std::size_t>(in.tellg()));
   in.seekg(0);
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
-  std::replace(text.begin(), text.end(), ',', '.');
   TextCursor cursor(text, path);
+  if (const auto comma = text.find(','); comma != std::string::npos) {
+    cursor.position(text.data() + comma);
+    cursor.skip_back_to_blank();
+    cursor.fail("raster", "has a decimal comma; this format has decimal points, a reader would cut the number there", "replace the commas by points: sed 's/,/./g'");
+  }
   double columns = 0, rows = 0;
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
   while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {

@@ -8,6 +8,7 @@
 #include "contact/surface_order.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/raster.hpp"
+#include "geometry/raster_outliers.hpp"
 
 namespace talus::geometry {
 namespace {
@@ -71,6 +72,17 @@ void triangulate_grid(const Raster& r, const TerrainOptions& options, const std:
                             .value = fmt::format("{} of {} nodes", missing, number.size()),
                             .rule = "NODATA: the terrain has holes or a ragged edge there",
                             .remedy = "a block that gets there stops the run; fill the grid if that matters"});
+}
+
+/// Heights that stand out, in the grid as it is in the file.
+std::vector<Problem> outliers(const Raster& r, const std::string& path) {
+  std::vector<double> z(r.values.size());
+  for (int i = 0; i < r.rows; ++i) {
+    const auto row = r.values.begin() + static_cast<std::ptrdiff_t>(r.rows - 1 - i) * r.columns;
+    std::copy(row, row + r.columns, z.begin() + static_cast<std::ptrdiff_t>(i) * r.columns);
+  }
+  const double dx = r.transform[1], dy = -r.transform[5];
+  return outlier_warning({z, r.columns, r.rows, r.transform[0] + 0.5 * dx, r.transform[3] - (r.rows - 0.5) * dy, dx, dy}, path);
 }
 
 /// Level strips of width w around the box of the surface: blocks that leave sideways stay on ground a little longer.
@@ -229,6 +241,7 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   out.grid = std::move(grid.grid);
   out.crs = raster.crs;
   out.warnings.insert(out.warnings.begin(), grid.warnings.begin(), grid.warnings.end());
+  for (Problem& p : outliers(raster, path)) out.warnings.push_back(std::move(p));
   return out;
 }
 

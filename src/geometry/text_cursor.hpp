@@ -24,6 +24,9 @@ class TextCursor {
   void skip_to_blank() {
     while (p_ < end_ && static_cast<unsigned char>(*p_) > ' ') ++p_;
   }
+  void skip_back_to_blank() {
+    while (p_ > begin_ && static_cast<unsigned char>(p_[-1]) > ' ') --p_;
+  }
   bool at_end() {
     skip_space();
     return p_ >= end_;

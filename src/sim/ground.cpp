@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
+#include "contact/detect.hpp"
 #include "geometry/random.hpp"
 
 namespace talus::sim {
@@ -87,6 +89,14 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
     tries = 0;
   }
   return places;
+}
+
+InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes) {
+  const auto index = terrain ? std::make_shared<contact::SurfaceIndex>(*terrain) : nullptr;
+  return [index, planes](const Vec3& x) {
+    if (index && index->height(x.x(), x.y()) > x.z()) return true;   // NaN beside the terrain
+    return std::any_of(planes.begin(), planes.end(), [&](const Plane& p) { return p.normal.dot(x - p.point) < 0; });
+  };
 }
 
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& c, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,

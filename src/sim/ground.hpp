@@ -1,5 +1,6 @@
 /// The scene's terrain as geometry takes it, and where blocks of a release area start on it.
 #pragma once
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -20,6 +21,10 @@ using Occupied = std::vector<std::pair<Vec3, double>>;
 /// InputError if the area lies off the ground or is too small for the copies.
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
                                                   const geometry::Terrain* terrain, Occupied& occupied);
+
+/// Whether terrain or a plane fills the place [m].
+using InGround = std::function<bool(const Vec3&)>;
+InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes);
 
 /// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain in a scene without planes (a warning).
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& centroid, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,

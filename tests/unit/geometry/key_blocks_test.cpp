@@ -64,12 +64,51 @@ TEST(KeyBlocks, OfACutRockMass) {
   ASSERT_EQ(r.blocks.size(), 2u);
   KeyBlockOptions o;
   o.strength = {{30 * deg, 0}};
-  o.is_free = [](const Vec3&, const Vec3& n) { return n.z() > 0.5 || n.x() > 0.5 || std::abs(n.y()) > 0.5; };
+  o.is_held = [](const Vec3&, const Vec3& n) { return n.x() < -0.5; };
   const auto keys = key_blocks(r, o);
   EXPECT_EQ(keys[1].type, KeyBlock::Type::unstable);
   EXPECT_EQ(keys[1].mode, KeyBlock::Mode::plane);
   EXPECT_NEAR(keys[1].factor_of_safety, std::tan(30 * deg) / std::tan(40 * deg), 1e-9);
   EXPECT_NE(keys[0].type, KeyBlock::Type::unstable);
+}
+
+/// A cliff that overhangs, 10 m high and deep: its face runs from (2, 0) to (12, 10) in x and z; one joint, or two.
+CutResult overhang(std::vector<CutJoint> joints) {
+  const auto file = std::filesystem::temp_directory_path() / ("talus_overhang_" + std::to_string(::getpid()) + ".obj");
+  std::ofstream(file) << "v 0 0 0\nv 2 0 0\nv 12 0 10\nv 0 0 10\nv 0 10 0\nv 2 10 0\nv 12 10 10\nv 0 10 10\n"
+                         "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n";
+  CutSpec s;
+  s.region = file.string();
+  s.joints = std::move(joints);
+  CutResult r = cut(s);
+  std::filesystem::remove(file);
+  return r;
+}
+
+TEST(KeyBlocks, AnOverhangingFaceIsFree) {
+  KeyBlockOptions o;
+  o.strength = {{25 * deg, 0}};
+  {
+    // The joint dips into the mountain: what hangs under it falls; the mountain stands on the region's base.
+    const auto keys = key_blocks(overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}), o);
+    ASSERT_EQ(keys.size(), 2u);
+    EXPECT_EQ(keys[1].mode, KeyBlock::Mode::falling);
+    EXPECT_EQ(keys[1].factor_of_safety, 0);
+    EXPECT_NE(keys[0].type, KeyBlock::Type::unstable);
+  }
+  {
+    // It dips out of the mountain: the wedge over it slides, F = tan(25)/tan(30).
+    const auto keys = key_blocks(overhang({{.name = "floor", .dip_direction = 90 * deg, .dip = 30 * deg, .through = Vec3(4, 5, 6)}}), o);
+    ASSERT_EQ(keys.size(), 2u);
+    EXPECT_EQ(keys[1].mode, KeyBlock::Mode::plane);
+    EXPECT_NEAR(keys[1].factor_of_safety, std::tan(25 * deg) / std::tan(30 * deg), 1e-9);
+  }
+  {
+    // Ground right under the face holds it.
+    o.is_held = [](const Vec3&, const Vec3& n) { return n.z() < -0.5; };
+    const auto keys = key_blocks(overhang({{.name = "roof", .dip_direction = 270 * deg, .dip = 60 * deg, .through = Vec3(6, 5, 5)}}), o);
+    EXPECT_NE(keys[1].mode, KeyBlock::Mode::falling);
+  }
 }
 
 TEST(Stereonet, EqualAreaProjection) {

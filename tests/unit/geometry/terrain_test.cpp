@@ -1,5 +1,7 @@
 #include "geometry/terrain.hpp"
 
+#include "geometry/raster_outliers.hpp"
+
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -242,6 +244,35 @@ TEST(Terrain, BadInputIsRefusedWithItsPlace) {
   EXPECT_THROW(load_terrain(rubbish.path), InputError);
   const TemporaryFile empty("empty.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nNODATA_value -9999\n-9999 -9999\n-9999 -9999\n");
   EXPECT_THROW(load_terrain(empty.path), InputError);
+}
+
+TEST(Terrain, DecimalCommasAreRefusedWithTheirLine) {
+  const TemporaryFile file("comma.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1.5 2.5\n3.5 4,5\n");
+  try {
+    load_terrain(file.path);
+    FAIL() << "taken";
+  } catch (const InputError& e) {
+    EXPECT_EQ(e.problems().at(0).line, 7);
+    EXPECT_EQ(e.problems().at(0).column, 5);
+    EXPECT_EQ(e.problems().at(0).value, "4,5");
+  }
+}
+
+TEST(Terrain, HeightsThatStandOutAreNamed) {
+  // A rough slope of 45 degrees with a cliff of 30 m: neither is an outlier, a spike and a pit of two nodes are.
+  constexpr int n = 30;
+  std::vector<double> z(n * n);
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < n; ++j) z[static_cast<std::size_t>(i * n + j)] = 2.0 * i + 0.3 * ((7 * i + 5 * j) % 4) + (j > 20 && i > 12 ? 30 : 0);
+  const HeightGrid grid{z, n, n, 600000, 200000, 2, 2};
+  EXPECT_TRUE(height_outliers(grid).empty());
+  z[5 * n + 7] = 9999;
+  z[20 * n + 10] = z[20 * n + 11] = -200;
+  const auto found = height_outliers(grid);
+  EXPECT_EQ(found, (std::vector<std::size_t>{5 * n + 7, 20 * n + 10, 20 * n + 11}));
+  const auto warning = outlier_warning(grid, "dem.asc");
+  ASSERT_EQ(warning.size(), 1u);
+  EXPECT_NE(warning[0].rule.find("z = 9999 m at x = 600014, y = 200010"), std::string::npos) << warning[0].rule;
 }
 
 TEST(Terrain, WidenedLimitsAreLevelWithTheEdge) {
