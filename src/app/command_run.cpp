@@ -44,9 +44,9 @@ void on_signals(void (*action)(int)) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, action);
 }
 
-void print_result(const sim::RunResult& result, const fs::path& directory, double time) {
+void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone) {
   const sim::RunCounters& n = result.counters;
-  fmt::print("{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU\n", result.status, time, n.steps, n.rejected, n.contacts, n.cpu_seconds);
+  fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU\n", result.status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts, n.cpu_seconds);
   if (result.audit_made)
     fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse against momentum {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
                result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
@@ -193,7 +193,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  print_result(result, directory, simulation.time());
+  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0);
   for (const std::string& text : io::summary_warnings(summary)) {
     recorder->log().warning("summary", {{"text", text}});
     fmt::print(stderr, "warning: {}\n", text);

@@ -57,7 +57,8 @@ class Inputs {
   Inputs(double mass, double velocity, double diameter = 0);
   /// `text` with or without unit ("0.5 m", "35 deg"). Throws InputError: unknown name (the nearest is named), unit or range.
   void set(const std::string& name, const std::string& text);
-  void set(const std::string& name, double value);
+  /// `origin`: where the value comes from.
+  void set(const std::string& name, double value, const std::string& origin = "given");
   double get(const std::string& name) const;
   const std::vector<InputValue>& all() const { return values_; }
 
@@ -67,8 +68,8 @@ class Inputs {
   std::vector<InputValue> values_;
 };
 
-/// All formulas, in a fixed order.
-std::vector<Result> evaluate(const Inputs& inputs);
+/// All formulas, in a fixed order; those for a cushion only where there is one.
+std::vector<Result> evaluate(const Inputs& inputs, bool cushion = true);
 
 /// A table for the terminal, 100 columns.
 std::string table(const Inputs& inputs, const std::vector<Result>& results);

@@ -27,10 +27,18 @@ formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
   };
   give("block_young", block.young);
   give("block_poisson", block.poisson);
-  give("target_young", structure.young);
+  if (structure.young > 0) inputs.set("target_young", structure.young, structure.f_cm > 0 ? "the structure's, f_cm by MC2010" : "the structure's");
   give("target_poisson", structure.poisson);
   const double f_ck = structure.f_cm - 8e6;  // fib Model Code 2010, eq. 5.1-1
-  if (f_ck >= 12e6 && f_ck <= 90e6) give("f_ck", f_ck);
+  if (f_ck >= 12e6 && f_ck <= 90e6) inputs.set("f_ck", f_ck, "f_cm - 8 MPa");
+  if (structure.axes.empty()) return inputs;
+  // The section axis nearest to the contact's normal.
+  int axis = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(structure.axes[static_cast<std::size_t>(k)].dot(m.normal)) > std::abs(structure.axes[static_cast<std::size_t>(axis)].dot(m.normal))) axis = k;
+  const double depth = structure.effective_depth[axis], ratio = structure.reinforcement_ratio[axis];
+  if (depth >= 0.02 && depth <= 10) inputs.set("effective_depth", depth, ratio > 0 ? "section less cover" : "0.9 of the section, no bars by rule");
+  if (ratio > 0 && ratio <= 0.1) inputs.set("reinforcement_ratio", ratio, "bars of the far side and stirrups");
   return inputs;
 }
 
@@ -56,7 +64,7 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
     if (strongest < 0) continue;
     const Impact& m = impacts[static_cast<std::size_t>(strongest)];
     const double duration = m.end - m.start, mean = duration > 0 ? m.impulse.norm() / duration : 0;
-    for (const formulas::Result& r : formulas::evaluate(inputs_of(header, m)))
+    for (const formulas::Result& r : formulas::evaluate(inputs_of(header, m), header.structures[s].cushion))
       list.push_back({{"impact", strongest},
                       {"structure", header.structures[s].name},
                       {"block", header.blocks[static_cast<std::size_t>(m.block)].name},
@@ -67,6 +75,7 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
                       {"value", r.value},
                       {"kind", formulas::text(r.kind)},
                       {"computed", r.kind == formulas::Kind::mean || r.kind == formulas::Kind::equivalent_static ? mean : m.peak_force},
+                      {"computed_filtered", m.filtered_force},
                       {"equation", r.equation},
                       {"inputs", sentence(r.inputs)},
                       {"source", r.source},

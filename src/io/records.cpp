@@ -21,7 +21,7 @@ auto reading(ByteReader& r) { return [&r](auto& value) { r.get(value); }; }
 void block_fields(auto& b, auto&& f) {
   f(b.name), f(b.mass), f(b.volume), f(b.fixed), f(b.fragment);
   f(b.shape.vertices), f(b.shape.face_offset), f(b.shape.face_vertices), f(b.shape.triangles), f(b.shape.triangle_face);
-  f(b.young), f(b.poisson);
+  f(b.young), f(b.poisson), f(b.from);
 }
 
 void member_fields(auto& m, auto&& f) {
@@ -162,7 +162,7 @@ std::string encode_header(const RunHeader& h) {
   put_list(w, h.structures, [&](const RunHeader::StructureInfo& s) {
     put(s.name), put(s.probes), put(s.probe_at), put(s.plan);
     put_list(w, s.members, [&](const Member& m) { member_fields(m, put); });
-    put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded);
+    put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded), put(s.axes), put(s.effective_depth), put(s.reinforcement_ratio), put(s.form), put(s.cushion);
   });
   put(h.materials), put(h.plan);
   return w.bytes();
@@ -180,7 +180,7 @@ RunHeader decode_header(std::string_view bytes) {
   get_list(r, h.structures, [&](RunHeader::StructureInfo& s) {
     get(s.name), get(s.probes), get(s.probe_at), get(s.plan);
     get_list(r, s.members, [&](Member& m) { member_fields(m, get); });
-    get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded);
+    get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded), get(s.axes), get(s.effective_depth), get(s.reinforcement_ratio), get(s.form), get(s.cushion);
   });
   get(h.materials), get(h.plan);
   return h;

@@ -6,6 +6,8 @@
 namespace talus::io {
 namespace {
 
+using json = nlohmann::ordered_json;
+
 constexpr std::size_t pose_budget = 6'000'000;   // bytes, before base64
 
 }  // namespace
@@ -33,8 +35,13 @@ void add_poses(ReportData& d) {
       kinetic.push_back(static_cast<float>(e1[b] + e2[b]));
     }
   }
-  for (std::size_t i = 0; i + 2 < position.size(); i += 3)
-    if (std::isfinite(position[i])) d.region.extend(Vec3(position[i], position[i + 1], position[i + 2]));
+  // The view holds what counts, not the fall of what left the model.
+  const json blocks = d.summary.value("blocks", json::array());
+  for (std::size_t i = 0; i + 2 < position.size(); i += 3) {
+    const std::size_t b = i / 3 % nb, k = i / 3 / nb;
+    const bool left = b < blocks.size() && blocks[b].contains("left") && blocks[b]["left"].is_number() && time[k] > blocks[b]["left"].get<double>();
+    if (!left && std::isfinite(position[i])) d.region.extend(Vec3(position[i], position[i + 1], position[i + 2]));
+  }
   d.block_positions = std::move(position);
   d.blob.add("frame_time", time, {time.size()});
   d.blob.add("frame_orientation", orientation, {time.size(), nb, 4});

@@ -1,3 +1,4 @@
+#include "io/force_track.hpp"
 #include "io/report_data.hpp"
 
 #include <algorithm>
@@ -7,8 +8,6 @@ namespace talus::io {
 namespace {
 
 using json = nlohmann::ordered_json;
-
-constexpr double filter_cutoff = 300;   // Hz: channel class 180 of SAE J211
 
 /// Every stride-th number, from the given one on.
 std::vector<double> column(const Array<double>& a, std::size_t stride, std::size_t first) {
@@ -151,10 +150,10 @@ void impacts(ReportData& d) {
       for (std::ptrdiff_t j = std::max<std::ptrdiff_t>(first, 0); j < std::min<std::ptrdiff_t>(last, static_cast<std::ptrdiff_t>(n)); ++j)
         raw[static_cast<std::size_t>(j)] = std::max(raw[static_cast<std::size_t>(j)], f[k].norm());
     }
-    std::vector<double> filtered = low_pass(raw, h, filter_cutoff);
-    const double peak = *std::max_element(filtered.begin(), filtered.end());
+    std::vector<double> filtered = low_pass(raw, h, force_cutoff);
+    const double peak = m.contains("filtered_force") ? m["filtered_force"].get<double>() : *std::max_element(filtered.begin(), filtered.end());
     curves(d, fmt::format("impact_{}", i), fmt::format("Contact force: {} on {}, {:.3f} s", m["block"].get<std::string>(), m["structure"].get<std::string>(), start), "N", x,
-           {{"raw, mean per step", raw}, {fmt::format("low-pass {:.0f} Hz", filter_cutoff), filtered}}, 6000,
+           {{"raw, mean per step", raw}, {fmt::format("low-pass {:.0f} Hz", force_cutoff), filtered}}, 6000,
            {{"group", "impact"}, {"impact", i}, {"structure", m["structure"]}, {"block", m["block"]}, {"filtered_peak", peak}});
   }
 }

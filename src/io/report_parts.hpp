@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/types.hpp"
+#include "io/ground_raster.hpp"
 #include "io/hdf5_file.hpp"
 
 namespace talus::io {
@@ -63,19 +64,7 @@ std::vector<std::size_t> pick_extremes(std::size_t n, const std::vector<std::spa
 
 /// Triangles with vertices merged on a grid: fine within `region`, coarse outside, coarser until at most `budget` remain.
 /// No cracks arise, since a vertex goes to the same place in every triangle.
-struct Mesh {
-  std::vector<Vec3> vertices;
-  std::vector<std::array<int, 3>> triangles;
-};
 Mesh decimate(const Mesh& mesh, const Box3& region, std::size_t budget);
-
-/// Highest point of the surface at the nodes of a grid over [min, max] in plan; NaN where there is none.
-struct Raster {
-  int nx = 0, ny = 0;
-  double x0 = 0, y0 = 0, dx = 1, dy = 1;
-  std::vector<float> z;  // row-major, y slow
-};
-Raster rasterise(const Mesh& mesh, const Box3& region, int largest_side);
 
 /// Outer quadrilaterals of hexahedra: faces that belong to one cell only, and that cell.
 struct Skin {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <utility>
 
@@ -27,6 +28,8 @@ std::string engineering(double value, const char* unit) {
   return fmt::format("{:.3g} {}{}", value / scale, prefix, unit);
 }
 
+constexpr int ground_side = 400;   // nodes of the coarse grid that tells where the terrain ends
+
 double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 
 }  // namespace
@@ -43,6 +46,13 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header) {
     for (const Member& m : header.structures[i].members) structures_[i].members.emplace_back(m);
   }
   open_of_.resize(structures_.size());
+  if (header.planes.empty() && !header.terrain.triangles.empty()) {
+    Mesh mesh{header.terrain.vertices, header.terrain.triangles};
+    Box3 box;
+    for (const Vec3& v : mesh.vertices) box.extend(v);
+    ground_ = rasterise(mesh, box, ground_side);
+    lowest_ground_ = box.min().z();
+  }
   extend(header.blocks);
 }
 
@@ -52,53 +62,80 @@ void SummaryBuilder::extend(std::span<const sim::RunHeader::BlockInfo> blocks) {
     header_.blocks.back().shape = Polyhedron{};
   }
   blocks_.resize(header_.blocks.size());
+  if (!ground_.z.empty()) ground_of_.resize(blocks_.size(), {.there = {}, .height = lowest_ground_});
   for (auto& row : open_of_) row.resize(header_.blocks.size());
+}
+
+double SummaryBuilder::ground_at(const Vec3& x) const {
+  const auto i = std::lround((x.x() - ground_.x0) / ground_.dx), j = std::lround((x.y() - ground_.y0) / ground_.dy);
+  if (i < 0 || j < 0 || i >= ground_.nx || j >= ground_.ny) return std::numeric_limits<double>::quiet_NaN();
+  return ground_.z[static_cast<std::size_t>(j) * static_cast<std::size_t>(ground_.nx) + static_cast<std::size_t>(i)];
+}
+
+void SummaryBuilder::watch_edge(std::size_t i) {
+  LastGround& last = ground_of_[i];
+  BlockTrack& b = blocks_[i];
+  if (const double height = ground_at(b.end); std::isfinite(height)) {
+    last = {.there = b, .height = height};
+  } else if (b.end.z() + std::cbrt(header_.blocks[i].volume) < last.height) {
+    if (last.there.born) b = last.there;
+    b.left = true;
+  }
+}
+
+void SummaryBuilder::add_block(std::size_t i, const HistoryRow& row) {
+  BlockTrack& b = blocks_[i];
+  if (!row.position[i].allFinite() || b.left) return;
+  if (!b.born) {
+    b.born = true;
+    b.birth = row.time;
+    b.start = row.position[i];
+    if (const int s = header_.blocks[i].from; s >= 0 && structures_[static_cast<std::size_t>(s)].first_loss < 0) structures_[static_cast<std::size_t>(s)].first_loss = row.time;
+  } else {
+    b.path += (row.position[i] - b.end).norm();
+  }
+  b.time = row.time;
+  b.end = row.position[i];
+  b.velocity = row.velocity[i];
+  b.spin = row.spin[i];
+  b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
+  b.max_speed = std::max(b.max_speed, b.velocity.norm());
+  b.max_spin = std::max(b.max_spin, b.spin.norm());
+  b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
+  if (!ground_of_.empty() && !header_.blocks[i].fixed) watch_edge(i);
+}
+
+void SummaryBuilder::add_structure(std::size_t i, const HistoryRow& row) {
+  StructureTrack& s = structures_[i];
+  const auto& r = row.structures[i];
+  if (!s.seen) {
+    s.seen = true;
+    s.first_force = r.base_force;
+    s.first_moment = r.base_moment;
+    s.lost_before = r.spalled_volume;
+  }
+  if (s.first_loss < 0 && r.spalled_volume > s.lost_before) s.first_loss = row.time;
+  // What the impact adds: the preload's reactions are not counted.
+  const double shear = horizontal(r.base_force - s.first_force), moment = (r.base_moment - s.first_moment).norm();
+  const double reaction = (r.base_force - s.first_force).norm();
+  if (reaction > s.peak_reaction) s.peak_reaction = reaction, s.peak_reaction_time = row.time;
+  if (shear > s.peak_shear) s.peak_shear = shear, s.peak_shear_time = row.time;
+  if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
+  s.damage = std::max(s.damage, r.damage_max);
+  s.damaged_volume = std::max(s.damaged_volume, r.damaged_volume);
+  s.spalled_volume = std::max(s.spalled_volume, r.spalled_volume);
+  for (std::size_t k = 0; k < r.members.size() && k < s.members.size(); ++k) s.members[k].add(row.time, r.members[k]);
+  for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
+    const double d = r.probe_displacement[k].norm();
+    if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
+    s.probes[k].last = r.probe_displacement[k];
+  }
 }
 
 void SummaryBuilder::add(const HistoryRow& row) {
   time_ = row.time;
-  for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) {
-    BlockTrack& b = blocks_[i];
-    if (!row.position[i].allFinite()) continue;
-    if (!b.born) {
-      b.born = true;
-      b.birth = row.time;
-      b.start = row.position[i];
-    } else {
-      b.path += (row.position[i] - b.end).norm();
-    }
-    b.end = row.position[i];
-    b.velocity = row.velocity[i];
-    b.spin = row.spin[i];
-    b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
-    b.max_speed = std::max(b.max_speed, b.velocity.norm());
-    b.max_spin = std::max(b.max_spin, b.spin.norm());
-    b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
-  }
-  for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) {
-    StructureTrack& s = structures_[i];
-    const auto& r = row.structures[i];
-    if (!s.seen) {
-      s.seen = true;
-      s.first_force = r.base_force;
-      s.first_moment = r.base_moment;
-    }
-    // What the impact adds: the preload's reactions are not counted.
-    const double shear = horizontal(r.base_force - s.first_force), moment = (r.base_moment - s.first_moment).norm();
-    const double reaction = (r.base_force - s.first_force).norm();
-    if (reaction > s.peak_reaction) s.peak_reaction = reaction, s.peak_reaction_time = row.time;
-    if (shear > s.peak_shear) s.peak_shear = shear, s.peak_shear_time = row.time;
-    if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
-    s.damage = std::max(s.damage, r.damage_max);
-    s.damaged_volume = std::max(s.damaged_volume, r.damaged_volume);
-    s.spalled_volume = std::max(s.spalled_volume, r.spalled_volume);
-    for (std::size_t k = 0; k < r.members.size() && k < s.members.size(); ++k) s.members[k].add(row.time, r.members[k]);
-    for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
-      const double d = r.probe_displacement[k].norm();
-      if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
-      s.probes[k].last = r.probe_displacement[k];
-    }
-  }
+  for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) add_block(i, row);
+  for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) add_structure(i, row);
   if (!any_) first_ = row.ledger;
   if (const double step = std::abs(row.ledger.algorithmic - last_.algorithmic); any_ && step > algorithmic_step_) {
     algorithmic_step_ = step;
@@ -112,15 +149,39 @@ void SummaryBuilder::add(const HistoryRow& row) {
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_)) residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
 }
 
-std::vector<std::string> SummaryBuilder::warnings() const {
+bool SummaryBuilder::is_own(int block, int structure) const { return header_.blocks[static_cast<std::size_t>(block)].from == structure; }
+
+const Impact* SummaryBuilder::first_strike(std::size_t structure) const {
+  const auto m = std::find_if(impacts_.begin(), impacts_.end(), [&](const Impact& x) { return x.structure == static_cast<int>(structure); });
+  return m == impacts_.end() ? nullptr : &*m;
+}
+
+double SummaryBuilder::failed_before_strike(std::size_t structure) const {
+  const double loss = structures_[structure].first_loss;
+  const Impact* first = first_strike(structure);
+  return loss < 0 || header_.structures[structure].loaded || (first != nullptr && first->start <= loss) ? -1 : loss;
+}
+
+std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   constexpr double allowed = 0.01;   // of the largest kinetic energy
   constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
+  std::vector<std::string> list;
   double mass = 0;
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
-  if (std::abs(last_.algorithmic) <= allowed * kinetic_peak_ || kinetic_peak_ <= least * mass) return {};
-  return {fmt::format("the scheme itself {} {:.3g} J, {:.2g} % of the largest kinetic energy ({:.3g} J), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
-                      "not resolve (energy.algorithmic). Set a lower simulation.accuracy; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
-                      last_.algorithmic > 0 ? "took" : "made", std::abs(last_.algorithmic), 100 * std::abs(last_.algorithmic) / kinetic_peak_, kinetic_peak_, algorithmic_from_, algorithmic_to_)};
+  if (std::abs(last_.algorithmic) > allowed * kinetic_peak_ && kinetic_peak_ > least * mass)
+    list.push_back(fmt::format("the scheme itself {} {:.3g} J, {:.2g} % of the largest kinetic energy ({:.3g} J), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
+                               "not resolve (energy.algorithmic). Set a lower simulation.accuracy; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
+                               last_.algorithmic > 0 ? "took" : "made", std::abs(last_.algorithmic), 100 * std::abs(last_.algorithmic) / kinetic_peak_, kinetic_peak_, algorithmic_from_, algorithmic_to_));
+  for (std::size_t i = 0; i < structures_.size(); ++i)
+    if (const double loss = failed_before_strike(i); loss >= 0)
+      list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "
+                                 "and its capacity (talus capacity)", header_.structures[i].name, loss));
+  for (const json& f : formulas)
+    if (f["id"] == "hertz" && f["computed"].get<double>() > f["value"].get<double>())
+      list.push_back(fmt::format("the greatest force of a single sub-step on {}, {}, is above Hertz's elastic {}, an upper bound of a sphere's contact: it depends on cells and contact law. "
+                                 "Take the filtered force ({}), the impulse and the base reactions", f["structure"].get<std::string>(), engineering(f["computed"], "N"), engineering(f["value"], "N"),
+                                 engineering(f["computed_filtered"], "N")));
+  return list;
 }
 
 std::vector<std::string> summary_warnings(const std::string& summary_json) {
@@ -135,10 +196,23 @@ void SummaryBuilder::close_step(Open& open) {
   open.force.setZero();
 }
 
+/// Its force is filtered and forgotten.
+void SummaryBuilder::settle(Impact& impact) {
+  impact.filtered_force = impact.force.filtered_peak();
+  impact.force = {};
+}
+
 void SummaryBuilder::close_step(StructureTrack& s) {
   const double f = s.step_force.norm();
   if (f > s.peak_force) s.peak_force = f, s.peak_force_time = s.step_time;
   s.step_force.setZero();
+}
+
+void SummaryBuilder::add_to_structure(StructureTrack& s, const ContactRow& c) {
+  if (c.time != s.step_time) close_step(s);
+  s.step_time = c.time;
+  s.step_force += c.force;
+  s.impulse += c.force * c.dt;
 }
 
 void SummaryBuilder::add(std::span<const ContactRow> rows) {
@@ -148,9 +222,12 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
     if (is >= structures_.size() || ib >= blocks_.size()) continue;
     const double size = c.force.norm();
     if (size == 0) continue;  // a contact that carries nothing is no impact
+    add_to_structure(structures_[is], c);
+    if (is_own(c.block, c.structure)) continue;
     Open& open = open_of_[is][ib];
     if (open.impact < 0 || c.time - c.dt > open.time + impact_gap) {
       close_step(open);
+      if (open.impact >= 0) settle(impacts_[static_cast<std::size_t>(open.impact)]);
       open.impact = static_cast<int>(impacts_.size());
       open.weight = 0;
       Impact impact;
@@ -173,11 +250,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
     impact.normal += w * c.normal;
     open.weight += w;
     if (open.weight > 0) impact.point += (c.point - impact.point) * (w / open.weight);
-    StructureTrack& s = structures_[is];
-    if (c.time != s.step_time) close_step(s);
-    s.step_time = c.time;
-    s.step_force += c.force;
-    s.impulse += c.force * c.dt;
+    impact.force.add(c.time, c.dt, c.force);
   }
 }
 
@@ -185,6 +258,7 @@ std::vector<std::string> SummaryBuilder::headline() const {
   std::vector<std::string> lines;
   for (std::size_t i = 0; i < structures_.size(); ++i) structure_lines(i, lines);
   if (structures_.empty()) block_lines(lines);
+  left_line(lines);
   return lines;
 }
 
@@ -194,21 +268,23 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const StructureTrack& s = structures_[i];
   const auto fragment = [&](const Impact& m) { return header_.blocks[static_cast<std::size_t>(m.block)].fragment; };
   const auto name_of = [&](const Impact& m) { return header_.blocks[static_cast<std::size_t>(m.block)].name; };
-  const Impact* first = nullptr;
+  const Impact* first = first_strike(i);
   const Impact* worst = nullptr;
   int count = 0;
   for (const Impact& m : impacts_) {
     if (m.structure != static_cast<int>(i)) continue;
     if (!fragment(m)) ++count;
-    if (first == nullptr) first = &m;
-    // A part that breaks off presses on what it broke from: no blow to head the page with.
-    const auto rank = [&](const Impact& x) { return std::pair(!fragment(x), x.peak_force); };
+    // A piece of another structure: no blow to head the page with, if there is one of a block.
+    const auto rank = [&](const Impact& x) { return std::pair(!fragment(x), x.filtered_force); };
     if (worst == nullptr || rank(m) > rank(*worst)) worst = &m;
   }
+  const double failed = failed_before_strike(i);
+  if (failed >= 0) lines.push_back(fmt::format("{} fails under permanent load at t = {:.3f} s, before any block arrives.", info.name, failed));
   if (first != nullptr) {
     lines.push_back(fmt::format("{} struck {} at {:.3f} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
                                 engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
-    lines.push_back(fmt::format("Greatest contact force {} ({}), impulse {}.", engineering(worst->peak_force, "N"), name_of(*worst), engineering(s.impulse.norm(), "N s")));
+    lines.push_back(fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which depends on cells and contact law). Impulse of all contacts {}.",
+                                engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff, engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));
   } else if (info.loaded) {
     const auto most = std::max_element(s.probes.begin(), s.probes.end(), [](const ProbeTrack& a, const ProbeTrack& b) { return a.peak < b.peak; });
     lines.push_back(fmt::format("{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name, engineering(s.peak_reaction, "N"), s.peak_reaction_time,
@@ -230,14 +306,26 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     if (!blocks_[i].born) continue;
     const double r = horizontal(blocks_[i].end - blocks_[i].start);
     if (r > run) run = r, farthest = i;
-    if (blocks_[i].velocity.norm() > 0.1) ++moving;
+    if (!blocks_[i].left && blocks_[i].velocity.norm() > 0.1) ++moving;
   }
   if (blocks_.empty()) return;
   if (run >= 0)
     lines.push_back(fmt::format("{} went {}{:.1f} m in plan, {:.1f} m down, at up to {:.1f} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", run,
                                 blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
+  const auto left = static_cast<std::size_t>(std::count_if(blocks_.begin(), blocks_.end(), [](const BlockTrack& b) { return b.left; }));
+  if (left == blocks_.size()) return;
   if (blocks_.size() == 1) lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
-  else lines.push_back(moving == 0 ? "All blocks are at rest at the end." : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size()));
+  else lines.push_back(moving == 0 ? fmt::format("All {}blocks are at rest at the end.", left > 0 ? "other " : "") : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size() - left));
+}
+
+void SummaryBuilder::left_line(std::vector<std::string>& lines) const {
+  constexpr std::size_t shown = 5;
+  std::size_t count = 0;
+  std::string names;
+  for (std::size_t i = 0; i < blocks_.size(); ++i)
+    if (blocks_[i].left && ++count <= shown) names += (names.empty() ? "" : ", ") + header_.blocks[i].name;
+  if (count == 0) return;
+  lines.push_back(fmt::format("{} of {} blocks left the model over the edge of the terrain ({}{}): figures count each until then.", count, blocks_.size(), names, count > shown ? ", ..." : ""));
 }
 
 }  // namespace talus::io

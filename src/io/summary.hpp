@@ -4,12 +4,19 @@
 /// `impact_gap`. Over its coupled steps, with F the sum of the contact forces of a step (means over the step):
 ///
 ///   impulse = sum F dt  [N s],   peak force = max |F|  [N],   mean force = |impulse| / duration  [N]
+///
+/// and the filtered force of force_track.hpp. What a piece does to the structure it came off is part of that structure's forces, but no impact.
+///
+/// A block has left the model once it is beside the terrain and lower than the ground it was last over: its figures are those of the last row
+/// before. Scenes with planes have no edge to leave over.
 #pragma once
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "io/force_track.hpp"
+#include "io/ground_raster.hpp"
 #include "io/member_track.hpp"
 #include "sim/frame.hpp"
 
@@ -36,6 +43,8 @@ struct Impact {
   Vec3 normal = Vec3::Zero();            // of the contacts, weighted by |F| dt [N s]
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
   double peak_force = 0, peak_time = 0;  // [N], [s]
+  ForceTrack force;
+  double filtered_force = 0;             // greatest low-passed force, set when the text is made [N]
 };
 
 /// Fed with the rows in their order; holds only what the summary needs.
@@ -54,13 +63,18 @@ class SummaryBuilder {
     Vec3 start, end, velocity, spin;
     bool born = false;
     double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, max_spin = 0;
+    double time = 0;          // of the last row that counts [s]
+    bool left = false;        // the model
   };
+  struct LastGround { BlockTrack there; double height = 0; };   // of a block while it was over the terrain
   struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
   struct StructureTrack {
     double peak_reaction = 0, peak_reaction_time = 0, peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0, spalled_volume = 0;
     double peak_force = 0, peak_force_time = 0;
     Vec3 first_force = Vec3::Zero(), first_moment = Vec3::Zero(), impulse = Vec3::Zero();
     bool seen = false;
+    double lost_before = 0;      // spalled volume of the first row [m^3]
+    double first_loss = -1;      // when the first piece came off or the first cell was crushed [s]; < 0: never
     std::vector<ProbeTrack> probes;
     std::vector<MemberTrack> members;
     double step_time = -1;       // of the coupled step being summed
@@ -71,16 +85,31 @@ class SummaryBuilder {
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
-  std::vector<std::string> warnings() const;
+  void left_line(std::vector<std::string>& lines) const;
+  void add_block(std::size_t i, const sim::HistoryRow& row);
+  void add_structure(std::size_t i, const sim::HistoryRow& row);
+  /// Freezes a block that is beside the terrain and below its edge.
+  void watch_edge(std::size_t i);
+  double ground_at(const Vec3& x) const;
+  bool is_own(int block, int structure) const;
+  const Impact* first_strike(std::size_t structure) const;
+  /// When the structure began to fail before any block was at it [s]; < 0: it did not.
+  double failed_before_strike(std::size_t structure) const;
+  std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
   nlohmann::ordered_json of_energy() const;
   nlohmann::ordered_json of_confidence() const;
   void close_step(Open& open);
   void close_step(StructureTrack& s);
+  static void settle(Impact& impact);
+  void add_to_structure(StructureTrack& s, const sim::ContactRow& row);
 
   sim::RunHeader header_;  // without terrain
   std::vector<BlockTrack> blocks_;
+  std::vector<LastGround> ground_of_;     // empty without an edge
+  Raster ground_;                         // heights of the terrain, coarse
+  double lowest_ground_ = 0;
   std::vector<StructureTrack> structures_;
   std::vector<Impact> impacts_;
   std::vector<std::vector<Open>> open_of_;

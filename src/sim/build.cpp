@@ -10,8 +10,10 @@
 #include "geometry/mass_properties.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/shape.hpp"
+#include "sim/footing.hpp"
 #include "sim/ground.hpp"
 #include "sim/rock_mass.hpp"
+#include "sim/section.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
@@ -99,6 +101,13 @@ class Builder {
     }
   }
 
+  void add_warnings(const std::vector<Problem>& found) {
+    for (Problem p : found) {
+      if (p.file.empty()) p.file = world_->scene.file;
+      world_->scene.warnings.push_back(std::move(p));
+    }
+  }
+
   void push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
     if (!names_.insert(b.name).second)
       problem("block." + b.name, b.name, "two blocks have this name", "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their groups");
@@ -115,6 +124,16 @@ class Builder {
   dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable) {
     const scene::Material& m = world_->scene.materials[static_cast<std::size_t>(material)];
     const geometry::MassProperties properties = geometry::mass_properties(shape, m.density);
+    constexpr double least_volume = 1e-9;   // [m^3] a millimetre cubed
+    if (properties.volume < least_volume) {
+      Problem tiny;
+      tiny.severity = Problem::Severity::warning;
+      tiny.key = "block." + name;
+      tiny.value = fmt::format("{:.3g} m^3", properties.volume);
+      tiny.rule = "is smaller than a cubic millimetre";
+      tiny.remedy = "lengths are metres: check the size and its unit";
+      add_warnings({tiny});
+    }
     dda::Model::Block b;
     b.name = name;
     b.mass = properties.mass;
@@ -277,7 +296,7 @@ class Builder {
     const Box3 box = env_.terrain->bounds();
     const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
     for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-      for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty())) {
+      for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), env_.terrain->height(state_.blocks.c[i].x(), state_.blocks.c[i].y()))) {
         p.file = world_->scene.file;
         (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
       }
@@ -319,6 +338,9 @@ class Builder {
       }
       part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
       check_probes(spec, part.index->bounds());
+      const std::vector<Member> members = part.structure->members();
+      if (terrain_)
+        add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
       env_.structures.push_back(std::move(part));
     }
   }
@@ -384,7 +406,7 @@ class Builder {
     h.duration = s.simulation.duration;
     for (const dda::Model::Block& b : world_->system->model().blocks) {
       const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];
-      h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0});
+      h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
     }
     if (terrain_) h.terrain = terrain_->surface;
     h.planes = s.planes;
@@ -398,7 +420,11 @@ class Builder {
       const coupling::StructurePart& part = world_->system->environment().structures[i];
       info.plan = part.structure->plan();
       if (!part.fixed_surface) info.members = part.structure->members();
-      info.young = s.structures[i].young;
+      describe_section(s.structures[i], info);
+      for (const scene::Block& b : s.blocks) {
+        const ContactLaw::Kind kind = s.laws(b.material, s.structures[i].material).kind;
+        info.cushion = info.cushion || kind == ContactLaw::Kind::crushing || kind == ContactLaw::Kind::table;
+      }
       info.poisson = s.structures[i].poisson;
       info.f_cm = s.structures[i].f_cm;
       info.loaded = !s.structures[i].loads.empty();

@@ -22,6 +22,7 @@ struct RunHeader {
     bool fragment = false;
     Polyhedron shape;          // body axes
     double young = 0, poisson = 0;   // of its material [Pa], 1; 0: rigid
+    int from = -1;                   // fragment: the structure it came off
   };
   std::vector<BlockInfo> blocks;
   TriangleSurface terrain;     // empty if none (decimated for the report by io)
@@ -34,6 +35,11 @@ struct RunHeader {
     std::vector<Member> members;
     double young = 0, poisson = 0, f_cm = 0;   // of its material [Pa], 1, [Pa]; 0: not given
     bool loaded = false;         // by a prescribed traction
+    // For the design formulas: along each axis of a section (world unit vectors), for a blow along it; empty or 0: not known.
+    std::vector<Vec3> axes;
+    Vec3 effective_depth = Vec3::Zero(), reinforcement_ratio = Vec3::Zero();   // [m], 1
+    std::string form;            // column, beam, slab, viaduct, mesh: what words fit
+    bool cushion = false;        // a block meets it through a law that crushes or is tabulated
   };
   std::vector<StructureInfo> structures;
   std::vector<std::string> materials;

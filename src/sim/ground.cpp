@@ -91,6 +91,14 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   return places;
 }
 
+double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y) {
+  double z = terrain ? terrain->height(x, y) : std::numeric_limits<double>::quiet_NaN();
+  for (const Plane& p : planes)
+    if (p.normal.z() > 1e-9)
+      z = std::fmax(z, p.point.z() - (p.normal.x() * (x - p.point.x()) + p.normal.y() * (y - p.point.y())) / p.normal.z());
+  return z;
+}
+
 InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes) {
   const auto index = terrain ? std::make_shared<contact::SurfaceIndex>(*terrain) : nullptr;
   return [index, planes](const Vec3& x) {
@@ -100,10 +108,14 @@ InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& pla
 }
 
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& c, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
-                                     bool has_planes) {
+                                     bool has_planes, double under) {
+  constexpr double far_above = 1000;   // [m]
   const std::string key = "block." + block + ".position", value = fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z());
   if (terrain.over_hole(c.x(), c.y()))
     return {{.file = {}, .key = key, .value = value, .rule = "the terrain has no data (NODATA) under the block", .remedy = "move the block, or fill the hole in the grid before use"}};
+  if (c.z() - under > far_above)
+    return {{.severity = Problem::Severity::warning, .file = {}, .key = key, .value = value, .rule = fmt::format("starts {:.4g} m above the terrain under it (z = {:.6g})", c.z() - under, under),
+             .remedy = "heights are scene coordinates: map heights less the third number of site.origin"}};
   if (has_planes || limits.contains(Eigen::Vector2d(c.head<2>()))) return {};
   return {{.severity = Problem::Severity::warning, .file = {}, .key = key, .value = value,
            .rule = fmt::format("lies beside the terrain, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}", limits.min().x(), limits.max().x(), limits.min().y(), limits.max().y()),

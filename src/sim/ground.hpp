@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "contact/polyhedron.hpp"
+#include "contact/detect.hpp"
 #include "geometry/terrain.hpp"
 #include "scene/scene.hpp"
 
@@ -22,12 +22,16 @@ using Occupied = std::vector<std::pair<Vec3, double>>;
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
                                                   const geometry::Terrain* terrain, Occupied& occupied);
 
+/// Height of the ground at (x, y), the upper one of terrain and planes [m]; NaN without any.
+double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y);
+
 /// Whether terrain or a plane fills the place [m].
 using InGround = std::function<bool(const Vec3&)>;
 InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes);
 
-/// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain in a scene without planes (a warning).
+/// Blocks whose centroid has no ground below: over NODATA (an error), or beside the terrain in a scene without planes (a warning); and blocks that
+/// start a kilometre or more above the ground, whose height is that of `under` (a warning).
 std::vector<Problem> ground_problems(const std::string& block, const Vec3& centroid, const geometry::Terrain& terrain, const Eigen::AlignedBox2d& limits,
-                                     bool has_planes);
+                                     bool has_planes, double under);
 
 }  // namespace talus::sim

@@ -21,6 +21,9 @@ double winding(const std::vector<Vec3>& vertices, const std::vector<std::array<i
   return sum / (4 * M_PI);
 }
 
+/// To the next millimetre, so that what is read off is enough.
+double round_up(double x) { return std::ceil(1e3 * x + 1e-6) / 1e3; }
+
 /// Whether one of the two bodies lies wholly inside the other, where no faces meet.
 bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSurface& skin) {
   std::vector<Vec3> corners;
@@ -58,13 +61,16 @@ std::vector<Problem> initial_overlaps(const World& world) {
   for (const coupling::CandidatePair& c : candidates) {
     touches.clear();
     coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
-    double deepest = 0;
-    Vec3 where = Vec3::Zero();
-    for (const coupling::Touch& t : touches)
+    double deepest = 0, raise = 0;
+    Vec3 where = Vec3::Zero(), away = Vec3::Zero();
+    for (const coupling::Touch& t : touches) {
+      if (t.at.normal.z() > 0.05) raise = std::max(raise, -t.at.gap / t.at.normal.z());
       if (-t.at.gap > deepest) {
         deepest = -t.at.gap;
         where = t.at.point_b;
+        away = deepest * t.at.normal.unaryExpr([](double n) { return std::abs(n) < 1e-6 ? 0.0 : n; });
       }
+    }
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
     bool inside = false;
     if (c.a.kind == Kind::structure && touches.empty()) {
@@ -86,7 +92,10 @@ std::vector<Problem> initial_overlaps(const World& world) {
     p.value = fmt::format("[{:g}, {:g}, {:g}]", at.x(), at.y(), at.z());
     p.rule = fmt::format("it overlaps {} by {:.6g} m at ({:.6g}, {:.6g}, {:.6g}) at the start", other, deepest, where.x(), where.y(), where.z());
     if (inside) p.rule = fmt::format("it and {} lie one inside the other at the start", other);
-    p.remedy = inside ? std::string("move it out") : fmt::format("move it out by {:.6g} m or more; touching (up to 1e-9 of its size) is allowed", deepest);
+    const bool ground = c.a.kind == Kind::terrain || c.a.kind == Kind::plane;
+    if (inside) p.remedy = "move it out";
+    else if (ground && raise > 0) p.remedy = fmt::format("raise it by {:.3g} m or more, to z = {:.6g}; touching (up to 1e-9 of its size) is allowed", round_up(raise), at.z() + round_up(raise));
+    else p.remedy = fmt::format("move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 of its size) is allowed", away.x(), away.y(), away.z());
     problems.push_back(std::move(p));
   }
   return problems;

@@ -41,6 +41,11 @@ double block_steps_per_second(const World& w) {
   return 300 / std::sqrt(std::max(sizes[sizes.size() / 2], 1e-3));
 }
 
+/// CPU time of a simulated second of a structure that is touched or cracks [s].
+double touched_second(const Structure& structure, const StructureSpec& spec) {
+  return static_cast<double>(structure.elements()) / structure.critical_step() * (spec.damage == "none" ? element_step : element_step_damage);
+}
+
 TimeBound time_bound(const World& w) {
   const double duration = std::max(w.scene.simulation.duration - w.time(), 0.0);
   double moving = 0;
@@ -57,7 +62,7 @@ TimeBound time_bound(const World& w) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].fixed_surface && !parts[i].one_way) continue;
     const StructureSpec& spec = w.scene.structures[i];
-    const double second = static_cast<double>(parts[i].structure->elements()) / parts[i].structure->critical_step() * (spec.damage == "none" ? element_step : element_step_damage);
+    const double second = touched_second(*parts[i].structure, spec);
     bound.text += fmt::format("; each second that {} is touched{} takes about {}, quiet ones next to nothing", spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
     bound.least += 0.003 * second * duration;
     bound.most += 5 * second * duration;
@@ -69,6 +74,18 @@ std::string time_line(const World& w) {
   const TimeBound bound = time_bound(w);
   if (bound.most < 1) return "CPU time: about a second or less.";
   return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
+}
+
+/// Where a structure's members stand, how high they are, what the whole weighs.
+std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
+  std::vector<std::string> lines;
+  const Vec3 weight = structure.base_force();
+  if (weight.norm() > 0) lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
+  if (spec.kind != "viaduct") return lines;
+  const Vec3 axis = spec.rotation.col(0);
+  lines.push_back(fmt::format("  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:", axis.x(), axis.y(), axis.z()));
+  for (const Member& m : structure.members()) lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(), m.base.y(), m.base.z(), m.length));
+  return lines;
 }
 
 /// What interfaces at a structure ask for and do not get there, or get otherwise than elsewhere.
@@ -93,6 +110,28 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
 }
 
 }  // namespace
+
+std::vector<Problem> Simulation::cost_warnings() const {
+  constexpr double day = 86400, impact = 0.5;   // [s]: a blow and its first swing
+  const World& w = *world_;
+  std::vector<Problem> found;
+  const auto& parts = w.system->environment().structures;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    if (parts[i].fixed_surface && !parts[i].one_way) continue;
+    const StructureSpec& spec = w.scene.structures[i];
+    const double second = touched_second(*parts[i].structure, spec);
+    if (second * std::min(impact, w.scene.simulation.duration) < day) continue;
+    Problem p;
+    p.severity = Problem::Severity::warning;
+    p.file = w.scene.file;
+    p.key = fmt::format("structure.{}.cell_size", spec.name);
+    p.value = fmt::format("{} elements", parts[i].structure->elements());
+    p.rule = fmt::format("each second that it is touched takes about {} of CPU time", spoken(second));
+    p.remedy = "take larger cells, and finer ones only where blocks strike (refine)";
+    found.push_back(std::move(p));
+  }
+  return found;
+}
 
 double Simulation::memory_of_run() const {
   const World& w = *world_;
@@ -145,6 +184,7 @@ std::vector<std::string> Simulation::plan() const {
         if (to > from) lines.push_back("  " + text.substr(from, to - from));
         from = to + 1;
       }
+      for (std::string& line : standing_lines(s.structures[i], st)) lines.push_back(std::move(line));
       for (std::string& line : contact_lines(w, i)) lines.push_back(std::move(line));
     }
   }

@@ -59,6 +59,8 @@ class Simulation {
   const scene::Scene& scene() const;
   /// What is computed and what is left out and why, degrees of freedom, memory, time.
   std::vector<std::string> plan() const;
+  /// Structures fine enough that a touched second of them takes days.
+  std::vector<Problem> cost_warnings() const;
   /// What stepping, results and report hold beyond what stands after the building, at most [MB]; measured (docs/results/robustness.md).
   double memory_of_run() const;
 

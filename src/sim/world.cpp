@@ -94,7 +94,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       system->add_block(b, f.centroid, v, w);
       // The strain energy it took along and the difference between lumped and polyhedral kinetic energy are booked here.
       system->state().ledger.algorithmic += f.kinetic + f.elastic - kinetic;
-      born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson});
+      born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson, static_cast<int>(q)});
     }
     if (!born.empty()) structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }

@@ -73,7 +73,9 @@ TEST(MemberTrack, ClassesInTheirOrder) {
 
 TEST(Records, MembersComeThroughUnchanged) {
   sim::RunHeader header;
-  header.structures.push_back({"V", {}, {}, "", {pier()}});
+  header.structures.emplace_back();
+  header.structures[0].name = "V";
+  header.structures[0].members = {pier()};
   const sim::RunHeader back = decode_header(encode_header(header));
   ASSERT_EQ(back.structures.at(0).members.size(), 1u);
   EXPECT_EQ(back.structures[0].members[0].name, "P2");

@@ -1,0 +1,20 @@
+/// Where a structure's feet are against the ground under them.
+#pragma once
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "contact/structure.hpp"
+#include "core/error.hpp"
+
+namespace talus::sim {
+
+/// Height of terrain or planes at (x, y) [m]; NaN where there is none.
+using GroundHeight = std::function<double(double x, double y)>;
+
+/// Warnings for columns, boxes held at their lower side, and viaducts whose feet hang above the ground, lie deep below it, or have none under
+/// them. A foot hangs from 2 % of the height on (at least 0.1 m) above the highest ground under its section, and is buried from a quarter of the
+/// height on (at least 3 m) below the lowest.
+std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const Member> members, const GroundHeight& ground);
+
+}  // namespace talus::sim

@@ -1,0 +1,17 @@
+/// What the design formulas ask of a structure's section, from its measures and its bars by rule.
+#pragma once
+#include "contact/structure.hpp"
+#include "sim/frame.hpp"
+
+namespace talus::sim {
+
+/// Sets form (a box is a slab if its vertical extent is the least by half, a beam if its longest is level, else a column), young, axes, effective_depth and reinforcement_ratio. For a blow along an axis of a box's or column's section, with h its extent along
+/// the blow and w across:
+///
+///   d = h - cover - diameter / 2,   rho = sqrt(rho_l rho_w),   rho_l = n w / (2 (w + h)) A_bar / (w d),   rho_w = A_stirrup / (spacing d)
+///
+/// n bars evenly along the perimeter, so that the share of the far side is tensioned. Without bars by rule d = 0.9 h and no ratio. A viaduct and a
+/// mesh have no one section: young alone.
+void describe_section(const StructureSpec& spec, RunHeader::StructureInfo& info);
+
+}  // namespace talus::sim
