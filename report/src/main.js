@@ -1,7 +1,7 @@
 import * as data from "./data.js";
 import * as scene from "./scene.js";
 import * as map from "./map.js";
-import { chart, forget, onSeek, playhead, repaint } from "./plots.js";
+import { chart, completeInTurn, forget, onSeek, playhead, repaint } from "./plots.js";
 import { table } from "./tables.js";
 import { gradient, palette } from "./colors.js";
 import { norm, number, quantity, text } from "./format.js";
@@ -41,6 +41,8 @@ const tidy = (line) => line.replaceAll("m^3", "m³").replace(/(\d) (?=(s|m\/s|[G
 (summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
 if (summary.message) $("headline").append(make("p", { textContent: summary.message }));
 
+const force = (m) => m.filtered_force ?? m.peak_force;   // results of earlier versions hold the single sub-step's only
+
 function card(label, value, unit, note, extra = "", digits = 3) {
   const [v, u] = typeof value === "string" ? [value, ""] : quantity(value, unit, digits);
   $("cards").append(make("div", { className: `stat ${extra}` }, make("div", { className: "k", textContent: label }), make("div", { className: "v" }, v, make("small", { textContent: u })), make("div", { className: "n", textContent: note || " ", title: note || "" })));
@@ -50,22 +52,24 @@ if (summary.structures && summary.structures.length) {
   if (hits || !loaded) card(many ? "Structures hit" : summary.structures[0].name, many ? `${hits} of ${summary.structures.length}` : hits ? "Hit" : "Not hit", "", hits ? `first at ${number(impacts[0].start, 4)} s` : "", hits ? "hit" : "safe");
   else card(many ? "Structures loaded" : summary.structures[0].name, many ? `${loaded} of ${summary.structures.length}` : "Loaded", "", "by a prescribed traction; no block struck");
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
-  const worst = (blows.length ? blows : impacts).reduce((a, m) => (!a || m.peak_force > a.peak_force ? m : a), null);
-  const curve = worst && (meta.curves || []).find((c) => c.impact === impacts.indexOf(worst));
+  const worst = (blows.length ? blows : impacts).reduce((a, m) => (!a || force(m) > force(a) ? m : a), null);
   if (worst) {
     card("Impact speed", worst.speed, "m/s", `${worst.block}, ${text(worst.kinetic, "J")}`);
-    card("Peak contact force", worst.peak_force, "N", curve ? `filtered at 300 Hz: ${text(curve.filtered_peak, "N")}` : "");
-    card("Impulse", norm(worst.impulse), "N s", `in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
+    card("Contact force", force(worst), "N", worst.filtered_force === undefined ? "single sub-step" : `low-passed at 300 Hz; single sub-step ${text(worst.peak_force, "N")}, depends on cells and contact law`);
+    card("Impulse of this strike", norm(worst.impulse), "N s", `${worst.block} at ${number(worst.start, 4)} s, in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
   }
   const top = (key) => summary.structures.reduce((a, s) => (s[key] > a[key] ? s : a));
-  if (hits || loaded) {
+  // A slab or a beam lies on supports; what stands has a base.
+  const lies = summary.structures.every((s) => s.form === "slab" || s.form === "beam");
+  if ((hits || loaded) && lies) card("Support reaction, added", top("peak_base_force").peak_base_force, "N", `at ${number(top("peak_base_force").peak_base_force_time, 4)} s`);
+  if ((hits || loaded) && !lies) {
     card("Base shear, added", top("peak_base_shear").peak_base_shear, "N", `at ${number(top("peak_base_shear").peak_base_shear_time, 4)} s`);
     card("Base moment, added", top("peak_base_moment").peak_base_moment, "N m", `at ${number(top("peak_base_moment").peak_base_moment_time, 4)} s`);
   }
   // A probe stays behind with what came off; the drift of a member does not.
   const moves = summary.structures.flatMap((s) => [
     ...s.probes.map((p) => ({ name: `${s.name} ${p.name}`, peak: p.peak_displacement, note: `${text(norm(p.final_displacement), "m")} at the end` })),
-    ...(s.members || []).map((m) => ({ name: `${m.name}, top against base`, peak: m.peak_drift, note: "" }))]);
+    ...(s.members || []).map((m) => ({ name: `${m.name}, ${s.form === "slab" || s.form === "beam" ? "one end against the other" : "top against base"}`, peak: m.peak_drift, note: "" }))]);
   if (moves.length) {
     const p = moves.reduce((a, b) => (b.peak > a.peak ? b : a));
     card("Largest displacement", p.peak, "m", [p.name, p.note].filter(Boolean).join(", "));
@@ -200,7 +204,7 @@ function choose(pick) {
   } else {
     const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
     panel.append(make("h3", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : "was not hit" }),
-      list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
+      list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force, single sub-step", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
     for (const c of meta.curves || []) if (c.structure === s.name) plot(spec(c));
   }
   readout();
@@ -335,15 +339,15 @@ function profile() {
 function tables() {
   const at = $("table-list"), n = (name, unit, get, digits) => ({ name, unit, get, digits }), t = (name, get) => ({ name, get, text: true });
   table(at, "How sure", "verified: closed form; validated: experiment; extrapolated: neither", [t("quantity", (r) => r.quantity), { name: "level", get: (r) => r.level, text: true, level: true }, { name: "basis", get: (r) => r.basis, long: true }], summary.confidence || []);
-  table(at, "Impacts", "forces are means over a coupled step", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("peak force", "kN", (r) => r.peak_force / 1e3),
+  table(at, "Impacts", "force low-passed at 300 Hz, and the mean over the hardest single sub-step, which depends on cells and contact law", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("force, 300 Hz", "kN", (r) => force(r) / 1e3), n("single sub-step", "kN", (r) => r.peak_force / 1e3),
     n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
-  table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("peak force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
+  table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
   const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
-  if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at height", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at height", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => `${r.damage_class} ${r.damage_class_name}`)], members);
+  if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => `${r.damage_class} ${r.damage_class_name}`)], members);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
-  table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's peak, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3),
-    { name: "equation", get: (r) => r.equation, long: true }, { name: "inputs", get: (r) => r.inputs, long: true }, { name: "source", get: (r) => `${r.source} (${r.status})`, long: true }, { name: "note", get: (r) => r.note, long: true }], summary.formulas || []);
-  table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => { choose({ kind: "block", index: blocks.indexOf(r) }); location.hash = "#playback"; } });
+  table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
+    { name: "equation", get: (r) => r.equation, detail: true }, { name: "inputs", get: (r) => r.inputs, detail: true }, { name: "source", get: (r) => `${r.source} (${r.status})`, detail: true }, { name: "note", get: (r) => r.note, detail: true }], summary.formulas || []);
+  table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("left the model", "s", (r) => r.left), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => { choose({ kind: "block", index: blocks.indexOf(r) }); location.hash = "#playback"; } });
   const e = summary.energy || {};
   table(at, "Energy ledger", "work since the start; dissipation positive", [t("entry", (r) => r[0]), n("energy", "kJ", (r) => r[1] / 1e3, 6)], [["energy at the start", e.start], ["external work", e.external_work], ["energy at the end", e.end], ["dissipated by friction", e.friction_work], ["dissipated by damping and restitution", e.damping_work], ["dissipated by damage", e.damage_work], ["dissipated by the time integration", e.algorithmic], ["residual at the end", e.residual_end], ["worst residual", e.residual_worst]].filter((r) => r[1] !== undefined && r[1] !== null));
   const a = summary.audit;
@@ -418,7 +422,7 @@ requestAnimationFrame(tick);
 $("shot").disabled = true;
 $("no-webgl").hidden = false;
 $("no-webgl").textContent = "Setting up the 3D view \u2026";
-const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); })));
+const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); completeInTurn(); })));
 
 // For tests of the page. `ready` resolves when the 3D view is there, or cannot be.
 window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };

@@ -240,6 +240,15 @@ export function structureBox(index) {
   return box;
 }
 
+// Where one looks for a structure: its middle and the upper corners, a little inside.
+function pointsOf(box) {
+  if (box.isEmpty()) return [];
+  const c = box.getCenter(new Vector3()), h = box.getSize(new Vector3()).multiplyScalar(0.45);
+  return [c, ...[-1, 1].flatMap((i) => [-1, 1].map((j) => new Vector3(c.x + i * h.x, c.y + j * h.y, c.z + h.z)))];
+}
+// Within what the view is made for, not in the fall of a block that left the model.
+const inView = (p, i) => p[i] >= low.x - 1 && p[i] <= high.x + 1 && p[i + 1] >= low.y - 1 && p[i + 1] <= high.y + 1 && p[i + 2] >= low.z - 1 && p[i + 2] <= high.z + 1;
+
 // Shape and colours of a structure at t; displacements linear between stored frames, cell values of the frame before.
 function showStructure(body, t) {
   if (!body.times.length) return;
@@ -343,13 +352,49 @@ const travel = (() => {
   return n > 1e-3 * extent ? new Vector3(x / n, y / n, 0) : new Vector3(1, 0, 0);
 })();
 
+// Height of the drawn terrain, which reaches farther than the map, on a grid of its nodes; made when first asked for.
+const land = { n: 200, z: null };
+function landHeight(x, y) {
+  const v = array("terrain_vertices"), t = array("terrain_triangles"), n = land.n;
+  if (!t.length) return ground(x, y);
+  if (!land.z) {
+    land.box = new Box3().setFromArray(v);
+    land.z = new Float32Array(n * n).fill(NaN);
+    const { min, max } = land.box, dx = (max.x - min.x) / (n - 1), dy = (max.y - min.y) / (n - 1);
+    Object.assign(land, { dx, dy });
+    for (let k = 0; k < t.length; k += 3) {
+      const [a, b, c] = [3 * t[k], 3 * t[k + 1], 3 * t[k + 2]], area = (v[b] - v[a]) * (v[c + 1] - v[a + 1]) - (v[c] - v[a]) * (v[b + 1] - v[a + 1]);
+      if (!area) continue;
+      const span = (o, d, low) => [Math.max(0, Math.ceil((Math.min(v[a + o], v[b + o], v[c + o]) - low) / d)), Math.min(n - 1, Math.floor((Math.max(v[a + o], v[b + o], v[c + o]) - low) / d))];
+      const [i0, i1] = span(0, dx, min.x), [j0, j1] = span(1, dy, min.y);
+      for (let j = j0; j <= j1; j++)
+        for (let i = i0; i <= i1; i++) {
+          const p = min.x + i * dx, q = min.y + j * dy;
+          const u = ((v[b] - p) * (v[c + 1] - q) - (v[c] - p) * (v[b + 1] - q)) / area, w = ((v[c] - p) * (v[a + 1] - q) - (v[a] - p) * (v[c + 1] - q)) / area;
+          if (u < 0 || w < 0 || u + w > 1) continue;
+          const z = u * v[a + 2] + w * v[b + 2] + (1 - u - w) * v[c + 2];
+          if (!(land.z[j * n + i] >= z)) land.z[j * n + i] = z;
+        }
+    }
+  }
+  const i = Math.round((x - land.box.min.x) / land.dx), j = Math.round((y - land.box.min.y) / land.dy);
+  return i < 0 || j < 0 || i >= n || j >= n ? NaN : land.z[j * n + i];
+}
+
 // True if the ground does not hide b from a, but for what b itself stands in.
 function clear(a, b) {
-  for (let s = 0; s < 0.9; s += 0.03) {
-    const q = a.clone().lerp(b, s);
-    if (ground(q.x, q.y) > q.z - 0.01 * extent) return false;
+  const q = new Vector3();
+  for (let s = 0; s < 0.95; s += 0.01) {
+    q.lerpVectors(a, b, s);
+    if (landHeight(q.x, q.y) > q.z) return false;
   }
   return true;
+}
+
+// Of the places, in the order of preference, the first from which about as many of the points are seen as from any.
+function lookout(places, points) {
+  const seen = places.map((from) => points.filter((x) => clear(from, x)).length);
+  return places[seen.findIndex((n) => n >= 0.85 * Math.max(...seen))];
 }
 
 // From where a sphere fills the view, looking against `direction`.
@@ -368,9 +413,9 @@ export const cameras = {
     const hit = structures.findIndex((s) => impacts.some((m) => m.structure === s.name)), box = structureBox(Math.max(hit, 0)), c = box.getCenter(new Vector3()), r = box.getSize(new Vector3()).length();
     const side = new Vector3(-travel.y, travel.x, 0);
     // From the side that is hit; on steep ground from wherever the ground does not stand between.
-    const ways = [[-0.55, -0.8, 0.42], [-0.55, 0.8, 0.42], [0.3, -0.9, 0.42], [0.3, 0.9, 0.42], [0.8, -0.4, 0.5], [0.8, 0.4, 0.5], [0.5, -0.5, 1.2], [0.1, 0, 1]];
-    const stands = ways.map(([along, across, up]) => stand(c, 0.52 * r, travel.clone().multiplyScalar(along).addScaledVector(side, across).add(new Vector3(0, 0, up))));
-    fly(stands.find((from) => clear(from, c)) || stands[stands.length - 1], c, quick);
+    const ways = [[-0.55, -0.8, 0.42], [-0.55, 0.8, 0.42], [0.3, -0.9, 0.42], [0.3, 0.9, 0.42], [0.8, -0.4, 0.5], [0.8, 0.4, 0.5], [0.5, -0.5, 1.2], [0.5, 0.5, 1.2], [0.2, 0, 2.5]];
+    const places = ways.map(([along, across, up]) => stand(c, 0.52 * r, travel.clone().multiplyScalar(along).addScaledVector(side, across).add(new Vector3(0, 0, up))));
+    fly(lookout(places, pointsOf(box)), c, quick);
   },
   follow: (quick) => {
     const first = impacts.length ? blocks.findIndex((b) => b.name === impacts[0].block) : 0, b = selected.kind === "block" ? selected.index : Math.max(first, 0);
@@ -386,7 +431,14 @@ export const cameras = {
     dirty = true;
   },
   top: (quick) => fly(stand(middle, Math.hypot(high.x - low.x, high.y - low.y) / 2, new Vector3(0, -0.002, 1)).add(new Vector3(0, 0, (high.z - low.z) / 2)), middle, quick),
-  side: (quick) => fly(stand(middle, high.clone().sub(low).length() / 2, new Vector3(travel.y, -travel.x, 0.12)), middle, quick),
+  side: (quick) => {
+    // As level as the ground allows, from either side.
+    const places = [0.12, 0.4, 0.8, 1.4, 2.5].flatMap((up) => [1, -1].map((s) => stand(middle, high.clone().sub(low).length() / 2, new Vector3(s * travel.y, -s * travel.x, up))));
+    const points = bodies.flatMap((body, i) => pointsOf(structureBox(i)));
+    for (let b = 0; b < nb; b += Math.ceil(nb / 8))
+      for (let k = 0; k < nf; k += Math.ceil(nf / 6)) { const i = 3 * (k * nb + b); if (inView(frames.position, i)) points.push(new Vector3(frames.position[i], frames.position[i + 1], frames.position[i + 2])); }
+    fly(lookout(places, points), middle, quick);
+  },
 };
 
 export function select(kind, index) {

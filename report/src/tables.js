@@ -18,30 +18,31 @@ async function copy(content, button) {
   setTimeout(() => { button.textContent = old; }, 1400);
 }
 
-// columns: [{ name, unit, get(row), text, long, digits, html }]
+// columns: [{ name, unit, get(row), text, long, detail, digits, html }]; what is `detail` stands in a line of its own below the row.
 export function table(parent, title, note, columns, rows, { limit = 25, onPick } = {}) {
   if (!rows.length) return;
   const plain = () => [columns.map((c) => (c.unit ? `${c.name} [${c.unit}]` : c.name)).join("\t"),
     ...rows.map((r) => columns.map((c) => { const v = c.get(r); return v === null || v === undefined || (typeof v === "number" && !isFinite(v)) ? "" : String(v).replace(/[\t\n]/g, " "); }).join("\t"))].join("\n");
   const button = make("button", { className: "copy", textContent: "Copy", title: "Copy for a spreadsheet" });
   button.addEventListener("click", () => copy(plain(), button));
-  const body = make("tbody");
+  const body = make("tbody"), across = columns.filter((c) => !c.detail), details = columns.filter((c) => c.detail);
+  const detail = (r) => make("tr", { className: "detail" }, Object.assign(make("td", { className: "text" }, ...details.flatMap((c) => [make("b", { textContent: `${c.name} ` }), `${c.get(r)}  `])), { colSpan: across.length }));
   const fill = (n) => {
-    body.replaceChildren(...rows.slice(0, n).map((r, i) => {
-      const tr = make("tr", {}, ...columns.map((c) => {
+    body.replaceChildren(...rows.slice(0, n).flatMap((r, i) => {
+      const tr = make("tr", {}, ...across.map((c) => {
         const v = c.get(r), td = make("td", { className: c.long ? "text long" : c.text ? "text" : "" });
         if (c.level) td.append(make("span", { className: `level ${v}`, textContent: v }));
         else td.textContent = c.text || typeof v !== "number" ? v ?? "–" : c.show ? text(v, c.unit, c.digits) : number(v, c.digits || 4);
         return td;
       }));
       if (onPick) { tr.className = "pick"; tr.addEventListener("click", () => onPick(r, i)); }
-      return tr;
+      return details.length ? [tr, detail(r)] : [tr];
     }));
   };
   fill(limit);
   const box = make("div", { className: "table" },
     make("header", {}, make("b", { textContent: title }), make("span", { textContent: note || "" }), button),
-    make("div", { className: "scroll" }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...columns.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit}]` : c.name })))), body)));
+    make("div", { className: "scroll" }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit}]` : c.name })))), body)));
   if (rows.length > limit) {
     const more = make("button", { className: "more", textContent: `Show all ${rows.length}` });
     more.addEventListener("click", () => { fill(rows.length); more.remove(); });
