@@ -1,4 +1,5 @@
 // talus capacity: pushes every pier of a finished run down, once as it stands now and once as it was built.
+#include <cstdio>
 #include <filesystem>
 
 #include <fmt/format.h>
@@ -43,20 +44,25 @@ int command_capacity(const Options& options) {
   namespace fs = std::filesystem;
   const fs::path directory = options.input;
   const FinalState final = load_final_state(directory);
-  sim::Simulation simulation(final.scene);
+  sim::Simulation simulation(final.scene, [](const std::string& line) {
+    if (line.starts_with("push-down")) fmt::print(stderr, "{}\n", line);
+  });
   const std::vector<Structure*> structures = simulation.structures();
   json rows = json::array();
+  const fs::path file = directory / "capacity.json";
   fmt::print("{:<16} {:<8} {:>14} {:>14} {:>9} {:>14} {:>8}\n", "structure", "member", "as built [kN]", "now [kN]", "now/built", "permanent [kN]", "reserve");
   for (std::size_t q = 0; q < structures.size(); ++q) {
     if (!structures[q]) continue;
     Structure& s = *structures[q];
+    fmt::print(stderr, "{} as built:\n", final.scene.structures[q].name);
     const std::vector<PushDown> built = s.push_down();
+    fmt::print(stderr, "{} as it stands now:\n", final.scene.structures[q].name);
     s.restore(final.of(static_cast<int>(q)));
     const std::vector<PushDown> now = s.push_down();
     for (std::size_t k = 0; k < built.size(); ++k) rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k].axial_preload));
+    std::fflush(stdout);
+    io::write_file(file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) + "\n");   // with each structure, should a later one fail
   }
-  const fs::path file = directory / "capacity.json";
-  io::write_file(file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) + "\n");
   fmt::print("Load on the top of each member between rigid plates; curves: {}\n", file.string());
   return done;
 }

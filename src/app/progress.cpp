@@ -7,13 +7,12 @@
 
 namespace talus::app {
 
-ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_ - std::chrono::hours(1)) {}
+ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
 
 void ProgressLine::show(double time, double duration, const sim::RunCounters& counters, double residual) {
-  if (!terminal_) return;
   if (first_time_ < 0) first_time_ = time;
   const auto now = Clock::now();
-  if (now - last_ < std::chrono::milliseconds(100)) return;
+  if (now - last_ < (terminal_ ? std::chrono::milliseconds(100) : std::chrono::seconds(30))) return;
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - start_).count();
   std::string left = "-";
@@ -21,10 +20,10 @@ void ProgressLine::show(double time, double duration, const sim::RunCounters& co
     const long seconds = static_cast<long>((duration - time) / (time - first_time_) * elapsed + 0.5);
     left = seconds >= 3600 ? fmt::format("{}:{:02d}:{:02d}", seconds / 3600, seconds / 60 % 60, seconds % 60) : fmt::format("{}:{:02d}", seconds / 60, seconds % 60);
   }
-  fmt::print(stderr, "\r\033[Kt {:.4g} of {:.4g} s  dt {:.2g}  contacts {}  iterations {}  energy residual {:.1e}  left {}", time, duration, counters.dt, counters.contacts,
-             counters.newton + counters.sweeps, residual, left);
+  fmt::print(stderr, "{}t {:.4g} of {:.4g} s  dt {:.2g}  contacts {}  iterations {}  energy residual {:.1e}  left {}{}", terminal_ ? "\r\033[K" : "", time, duration, counters.dt, counters.contacts,
+             counters.newton + counters.sweeps, residual, left, terminal_ ? "" : "\n");
   std::fflush(stderr);
-  shown_ = true;
+  shown_ = terminal_;
 }
 
 void ProgressLine::clear() {

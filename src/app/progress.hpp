@@ -1,4 +1,4 @@
-/// The progress line of a run, on a terminal only: t, dt, contacts, iterations, energy residual, time left.
+/// The progress line of a run, on a terminal; into a log a whole line twice a minute: t, dt, contacts, iterations, energy residual, time left.
 #pragma once
 #include <chrono>
 

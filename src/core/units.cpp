@@ -78,6 +78,21 @@ bool find_unit(std::string_view text, Unit& found) {
   return false;
 }
 
+/// What a unit that is not known is written as.
+std::string unknown_unit(std::string_view name) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 22> strangers{{
+      {"ft", "1 ft = 0.3048 m"}, {"feet", "1 ft = 0.3048 m"}, {"in", "1 in = 25.4 mm"}, {"inch", "1 in = 25.4 mm"}, {"yd", "1 yd = 0.9144 m"}, {"mile", "1 mile = 1609.344 m"},
+      {"mph", "1 mph = 0.44704 m/s"}, {"lb", "1 lb = 0.45359237 kg"}, {"lbs", "1 lb = 0.45359237 kg"}, {"psi", "1 psi = 6894.757 Pa"}, {"ksi", "1 ksi = 6.894757 MPa"},
+      {"grad", "write \"deg\" (degrees) or \"gon\""}, {"degree", "write \"deg\""}, {"degrees", "write \"deg\""}, {"sec", "write \"s\""}, {"hr", "write \"h\""},
+      {"metre", "write \"m\""}, {"meter", "write \"m\""}, {"meters", "write \"m\""}, {"ton", "write \"t\""}, {"tonnes", "write \"t\""}, {"kmh", "write \"km/h\""}}};
+  for (const auto& [stranger, what] : strangers)
+    if (stranger == name) return fmt::format("unknown unit \"{}\": {}", name, what);
+  std::string known;
+  for (const Unit& unit : units)
+    if (unit.name != "1" && unit.name != "-") known += (known.empty() ? "" : " ") + std::string(unit.name);
+  return fmt::format("unknown unit \"{}\"; known are {}, with the prefixes G M k h d c m u n, joined as in \"t/m^3\"", name, known);
+}
+
 bool is_space(char c) { return c == ' ' || c == '\t'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
@@ -160,7 +175,7 @@ std::optional<Quantity> parse_quantity(std::string_view text, std::string& error
     const std::string_view name = rest.substr(start, i - start);
     Unit unit{};
     if (name.empty() || !find_unit(name, unit)) {
-      error = fmt::format("unknown unit \"{}\"", name.empty() ? rest.substr(start) : name);
+      error = unknown_unit(name.empty() ? rest.substr(start) : name);
       return {};
     }
     int exponent = 1;

@@ -93,7 +93,7 @@ double snapback_limit(double young, double f_t, double fracture_energy) { return
 
 void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key) {
   if (largest_size < limit) return;
-  throw InputError(problem_of(key, fmt::format("{:.4g} m", largest_size),
+  throw InputError(problem_of(key, fmt::format("{:.4g} m for the largest cell of the mesh", largest_size),
                            fmt::format("concrete cells must be smaller than {} = {:.4g} m, or the crack would snap back and release more than G_F", formula, limit),
                            fmt::format("use cells of {:.3g} m or less (recommended {:.2g} m)", 0.95 * limit, 0.5 * limit)));
 }

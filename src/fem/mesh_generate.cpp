@@ -1,5 +1,6 @@
 // Meshes of boxes and columns.
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -20,15 +21,38 @@ std::vector<double> planes(const StructureSpec& spec, int axis, const std::vecto
   return graded_lines(fixed, spec.cell_size, zones_along(local_refinements(spec), axis));
 }
 
-void check_count(const StructureSpec& spec, const Lines& lines) {
-  const double total = double(lines[0].size() - 1) * double(lines[1].size() - 1) * double(lines[2].size() - 1);
-  if (total > 2e7) bad(spec, "cell_size", fmt::format("{:g} cells", total), "at most 20 million cells", "take a larger cell_size");
+/// Volume of what is meshed, from its measures alone [m^3].
+double volume_of(const StructureSpec& spec) {
+  const Vec3& s = spec.size;
+  if (spec.kind == "viaduct") {
+    double sum = 0;
+    for (const ViaductPlan::Part& part : viaduct_plan(spec).parts) {
+      for (const Box3& box : part.boxes) sum += box.volume();
+      for (const auto& round : part.rounds) sum += M_PI * round.radius * round.radius * (round.top - round.foot.z());
+    }
+    return sum;
+  }
+  if (spec.kind == "column" && spec.section == "round") return M_PI / 4 * s.x() * s.y() * s.z();
+  if (spec.kind == "column" && spec.section == "hollow") return 2 * spec.wall_thickness * (s.x() + s.y() - 2 * spec.wall_thickness) * s.z();
+  return s.prod();
+}
+
+/// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory in silence.
+void check_count(const StructureSpec& spec) {
+  constexpr double bytes_per_cell = 1200, bytes_per_damage_cell = 6000;   // measured, building and stepping
+  const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
+  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  const double volume = volume_of(spec), h = spec.cell_size;
+  const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2], most = std::min(2e7, memory / cell);
+  if (!(count > most)) return;
+  bad(spec, h > 0 ? "cell_size" : "cells", h > 0 ? fmt::format("{:g} m", h) : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]),
+      fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; this machine has {:.3g} GB, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9, memory / 1e9),
+      h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)", 1.05 * std::cbrt(volume / most)) : "take fewer");
 }
 
 HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
   Lines lines;
   for (int i = 0; i < 3; ++i) lines[i] = planes(spec, i, {low[i], low[i] + spec.size[i]});
-  check_count(spec, lines);
   return lattice(lines, [](int, int, int) { return true; });
 }
 
@@ -73,7 +97,6 @@ HexMesh hollow_column(const StructureSpec& spec) {
     }
   }
   lines[2] = planes(spec, 2, {0, spec.size.z()});
-  check_count(spec, lines);
   const auto inside = [&](int axis, int i) { return std::abs(0.5 * (lines[axis][i] + lines[axis][i + 1])) < spec.size[axis] / 2 - t; };
   return lattice(lines, [&](int i, int j, int) { return !(inside(0, i) && inside(1, j)); });
 }
@@ -118,6 +141,7 @@ void check_refinements(const StructureSpec& spec, const HexMesh& mesh) {
 
 HexMesh make_mesh(const StructureSpec& spec) {
   if (spec.kind == "mesh") return read_mesh(spec);
+  check_count(spec);
   HexMesh mesh = spec.kind == "viaduct" ? viaduct_mesh(spec) : prismatic_mesh(spec);
   check_refinements(spec, mesh);
   return mesh;

@@ -38,7 +38,11 @@ std::vector<PushDown> FemStructure::push_down() const {
     throw InputError(p);
   }
   std::vector<PushDown> all;
-  for (std::size_t k = 0; k < members_.size(); ++k) all.push_back(push_down(k));
+  for (std::size_t k = 0; k < members_.size(); ++k) {
+    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, members_.size()));
+    all.push_back(push_down(k));
+    report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
+  }
   return all;
 }
 

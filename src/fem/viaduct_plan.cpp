@@ -1,6 +1,7 @@
 #include "fem/viaduct.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -29,7 +30,7 @@ class Given {
                                   "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width", "bearing_height",
                                   "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments", "pier_diameter"};
     for (const auto& [key, value] : given_) {
-      if (std::find(std::begin(known), std::end(known), key) == std::end(known)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", "see the list of measures of the viaduct");
+      if (std::find(std::begin(known), std::end(known), key) == std::end(known)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
       if (!std::isfinite(value)) bad(spec, key, fmt::format("{:g}", value), "must be a number", "correct it");
     }
   }

@@ -133,7 +133,7 @@ std::string explain(const std::string& path) {
   line("type", type_text(*key));
   if (!key->dimension.none()) line("unit", unit_name(key->dimension));
   line("range", range_text(*key));
-  line("default", !key->fallback.empty() ? key->fallback : key->required.empty() && !table ? "none: see below" : "");
+  line("default", !key->fallback.empty() ? key->fallback : !key->otherwise.empty() ? key->otherwise : key->required.empty() && !table ? "none: see below" : "");
   line("required", key->required.compare(0, 6, "always") == 0 ? "yes" : key->required);
   line("source", key->source);
   text += "\n  " + key->doc + "\n";
@@ -167,7 +167,7 @@ std::string scene_markdown() {
       for (std::size_t i = s.find('|'); i != std::string::npos; i = s.find('|', i + 2)) s.insert(i, "\\");
       return s;
     };
-    text += fmt::format("| `{}` | {} | {} | {} |\n", name, escape(type), key.fallback.empty() ? "" : "`" + key.fallback + "`", escape(doc));
+    text += fmt::format("| `{}` | {} | {} | {} |\n", name, escape(type), key.fallback.empty() && key.otherwise.empty() ? "" : "`" + (key.fallback.empty() ? key.otherwise : key.fallback) + "`", escape(doc));
   };
   const std::string head = "\n| key | type and range | default | meaning |\n|---|---|---|---|\n";
   text += "\n## Top level\n" + head;

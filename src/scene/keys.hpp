@@ -42,6 +42,7 @@ struct Key {
   bool above = false;        // min itself is not allowed
   bool below = false;        // max itself is not allowed
   std::vector<std::string> choices{};
+  std::string otherwise{};     // a default that read_scene() does not fill in: what stands for the key when it is left out
   std::string source{};        // where the number or the rule comes from
   Dimension first{};         // pair_list
 };

@@ -11,7 +11,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.kind", .type = Type::choice, .doc = "Parametric viaduct, column (base, section, height), box (position, size), or a mesh file.", .required = "always in structure",
        .choices = {"viaduct", "column", "box", "mesh"}},
       {.path = "structure.material", .type = Type::text, .doc = "A material with f_cm, or with young and density.", .required = "always in structure"},
-      {.path = "structure.position", .type = Type::vector, .dimension = length, .doc = "Box: centroid. Viaduct: base of the first pier. Mesh: where its volume centroid goes; omitted: the file's coordinates are the world's.",
+      {.path = "structure.position", .type = Type::vector, .dimension = length, .doc = "Box: centroid. Viaduct: base of the first pier (of the first bent, at its middle); the axis runs along +x unless `orientation` turns it. Mesh: where its volume centroid goes; omitted: the file's coordinates are the world's.",
        .required = "if kind is \"box\" or \"viaduct\""},
       {.path = "structure.size", .type = Type::vector, .dimension = length, .doc = "Box: full extents.", .required = "if kind is \"box\"", .min = 0, .above = true},
       {.path = "structure.base", .type = Type::vector, .dimension = length, .doc = "Column: centre of its base.", .required = "if kind is \"column\""},
@@ -55,7 +55,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.rebar", .type = Type::path_or_tables, .doc = "CSV of bars as polylines, or rules as [[structure.rebar]]."},
       {.path = "structure.rebar.kind", .type = Type::choice, .doc = "What the rule lays out.", .required = "always in structure.rebar", .choices = {"longitudinal", "stirrups"}},
       {.path = "structure.rebar.part", .type = Type::choice, .fallback = "\"pier\"", .doc = "Viaduct: the piers, the cap beams on them, or the decks (longitudinal bars along the lower side of every girder, or of the solid deck).", .choices = {"pier", "cap", "deck"}},
-      {.path = "structure.rebar.bars", .type = Type::integer, .fallback = "0", .doc = "Number of longitudinal bars: of a pier, of a cap beam (around its section), of a girder, or of a solid deck.", .required = "if kind is \"longitudinal\"", .min = 0, .max = 100000},
+      {.path = "structure.rebar.bars", .type = Type::integer, .fallback = "0", .doc = "Number of longitudinal bars: of a pier, of a cap beam (around its section), of a girder, or of a solid deck. They run up a column, and along the longest side of a box; bars across need a CSV file.", .required = "if kind is \"longitudinal\"", .min = 0, .max = 100000},
       {.path = "structure.rebar.diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a bar.", .required = "always in structure.rebar", .min = 0, .max = 0.1, .above = true},
       {.path = "structure.rebar.cover", .type = Type::quantity, .dimension = length, .doc = "Concrete outside the bar.", .required = "always in structure.rebar", .min = 0},
       {.path = "structure.rebar.spacing", .type = Type::quantity, .dimension = length, .fallback = "0 m", .doc = "Distance of stirrups.", .required = "if kind is \"stirrups\"", .min = 0},
@@ -80,32 +80,32 @@ std::vector<Key> structure_keys() {
        .doc = "[[time, factor], ...] with growing times; straight in between, the last factor holds on.", .first = time},
   };
   // The viaduct's own measures become StructureSpec::parameters under the last part of their path.
-  const auto viaduct = [&](const char* name, Dimension dimension, const char* doc, double min = 0, bool above = true) {
-    keys.push_back({.path = std::string("structure.") + name, .type = Type::quantity, .dimension = dimension, .doc = doc, .min = min, .above = above});
+  const auto viaduct = [&](const char* name, Dimension dimension, const char* otherwise, const char* doc, double min = 0, bool above = true) {
+    keys.push_back({.path = std::string("structure.") + name, .type = Type::quantity, .dimension = dimension, .doc = doc, .min = min, .above = above, .otherwise = otherwise});
   };
-  viaduct("spans", number, "Viaduct: number of spans.");
-  viaduct("span_length", length, "Viaduct: length of a span.");
-  viaduct("pier_height", length, "Viaduct: from base to cap beam. Omitted: from the terrain up to deck_level.");
-  viaduct("deck_level", length, "Viaduct: height (z) of the deck's upper side, where pier heights follow the terrain.", -1e9);
-  viaduct("pier_spacing", length, "Viaduct: distance of the piers of one bent across the axis.");
-  viaduct("piers_per_bent", number, "Viaduct: piers side by side under one cap beam.");
-  viaduct("pier_width", length, "Viaduct: pier section along the axis.");
-  viaduct("pier_depth", length, "Viaduct: pier section across the axis.");
-  viaduct("pier_diameter", length, "Viaduct: diameter of round piers.");
-  viaduct("cap_height", length, "Viaduct: height of the cap beams.", 0, false);
-  viaduct("cap_width", length, "Viaduct: cap beam along the axis.");
-  viaduct("cap_length", length, "Viaduct: cap beam across the axis.");
-  viaduct("deck_width", length, "Viaduct: deck across the axis.");
-  viaduct("deck_depth", length, "Viaduct: depth of the deck.");
-  viaduct("slab_thickness", length, "Viaduct: slab of a girder or box deck.");
-  viaduct("girders", number, "Viaduct: number of T-girders; 0 is a solid deck.", 0, false);
-  viaduct("bottom_slab", length, "Viaduct: slab between the lower ends of the outermost girders, which makes them a box; 0: T-girders.", 0, false);
-  viaduct("girder_width", length, "Viaduct: web width of a girder or box.");
-  viaduct("bearing_height", length, "Viaduct: height of the bearings.");
-  viaduct("bearing_stiffness", stiffness, "Viaduct: stiffness of a bearing along the deck.");
-  viaduct("bearing_friction", number, "Viaduct: friction coefficient of the bearings.", 0, false);
-  viaduct("bearing_seat", length, "Viaduct: length a deck end can slide before it falls.");
-  viaduct("abutments", number, "Viaduct: 1 with abutments at both ends, 0 without.", 0, false);
+  viaduct("spans", number, "3", "Viaduct: number of spans, a whole number. The axis runs along +x from the first pier (turned by `orientation`); supports stand every span_length.");
+  viaduct("span_length", length, "20 m", "Viaduct: length of a span, from support to support.");
+  viaduct("pier_height", length, "10 m", "Viaduct: from base to the lower side of the cap beam. Not together with deck_level.");
+  viaduct("deck_level", length, "none: pier_height holds", "Viaduct: height (z) of the deck's upper side. Each pier then stands on the terrain under it, and z of `position` does not count where there is terrain.", -1e9);
+  viaduct("pier_spacing", length, "4 m", "Viaduct: distance of the piers of one bent across the axis.");
+  viaduct("piers_per_bent", number, "1", "Viaduct: piers side by side under one cap beam, a whole number.");
+  viaduct("pier_width", length, "1.5 m", "Viaduct: pier section along the axis.");
+  viaduct("pier_depth", length, "1.5 m", "Viaduct: pier section across the axis.");
+  viaduct("pier_diameter", length, "none", "Viaduct: diameter of round piers (section = \"round\").");
+  viaduct("cap_height", length, "1 m", "Viaduct: height of the cap beams.", 0, false);
+  viaduct("cap_width", length, "pier_width + 0.5 m", "Viaduct: cap beam along the axis.");
+  viaduct("cap_length", length, "deck_width", "Viaduct: cap beam across the axis.");
+  viaduct("deck_width", length, "8 m", "Viaduct: deck across the axis.");
+  viaduct("deck_depth", length, "1.5 m", "Viaduct: depth of the deck.");
+  viaduct("slab_thickness", length, "0.3 m", "Viaduct: slab of a girder or box deck.");
+  viaduct("girders", number, "0", "Viaduct: number of T-girders; 0 is a solid deck.", 0, false);
+  viaduct("bottom_slab", length, "0 m", "Viaduct: slab between the lower ends of the outermost girders, which makes them a box; 0: T-girders.", 0, false);
+  viaduct("girder_width", length, "0.5 m", "Viaduct: web width of a girder or box.");
+  viaduct("bearing_height", length, "0.1 m", "Viaduct: height of the bearings.");
+  viaduct("bearing_stiffness", stiffness, "10 MN/m", "Viaduct: stiffness of a bearing along the deck.");
+  viaduct("bearing_friction", number, "0.3", "Viaduct: friction coefficient of the bearings.", 0, false);
+  viaduct("bearing_seat", length, "0.5 m", "Viaduct: length a deck end can slide before it falls.");
+  viaduct("abutments", number, "0", "Viaduct: 1 with abutments at both ends, 0 without.", 0, false);
   keys.push_back({.path = "structure.parameters", .type = Type::free_table, .doc = "Further measures of the parametric kinds by name, each a number or a quantity with a unit."});
   return keys;
 }

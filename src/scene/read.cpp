@@ -209,6 +209,8 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
     view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
 
+  warn_of_the_implausible(in, view);
+
   std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {
     return std::pair(a.line, a.column) < std::pair(b.line, b.column);
   });

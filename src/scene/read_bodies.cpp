@@ -55,7 +55,7 @@ void read_materials(Reading& in, const View& root) {
   for (const View& view : root.tables("material")) {
     Material m;
     m.name = in.name(view, "name", "", taken);
-    m.f_cm = view.number("f_cm");
+    m.f_cm = view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");   // a bad one is told of once
     m.density = view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);
     m.young = view.number("young");
     m.poisson = view.maybe("poisson").value_or(m.f_cm > 0 ? 0.2 : 0.25);

@@ -162,7 +162,12 @@ void read_viaduct(const View& view, StructureSpec& spec) {
     const auto value = view.maybe(name);
     if (!view.has(name)) continue;
     if (spec.kind != "viaduct") view.problem(name, "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
-    else if (value) spec.parameters.emplace_back(name, *value);
+    else if (value) {
+      const bool counted = name == "spans" || name == "piers_per_bent" || name == "girders" || name == "abutments";
+      if (counted && *value != std::round(*value)) view.problem(name, "must be a whole number", name == "spans" ? "spans of other lengths need a mesh file, or a viaduct for each length" : "correct it");
+      if (name == "abutments" && *value != 0 && *value != 1) view.problem(name, "must be 0 or 1", "1: abutments at both ends");
+      spec.parameters.emplace_back(name, *value);
+    }
   }
   if (const auto free = view.table("parameters"))
     for (const Node::Entry& entry : free->node().entries) {
@@ -213,6 +218,7 @@ void read_structures(Reading& in, const View& root) {
       }
       if (spec.kind == "viaduct") {
         view.missing("position", "a viaduct needs it");
+        if (view.has("deck_level") && view.has("pier_height")) view.problem("deck_level", "pier_height fixes the deck's level already", "keep one of them");
         if (view.has("cells")) view.problem("cells", "a viaduct has parts of many sizes", "give cell_size");
       }
       if (spec.kind == "column" || spec.kind == "viaduct") read_section(view, spec);

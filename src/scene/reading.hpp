@@ -35,6 +35,8 @@ void read_blocks(Reading& in, const View& root);
 void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
+/// Warns of numbers that are allowed and hardly meant.
+void warn_of_the_implausible(const Reading& in, const View& root);
 /// Last, when everything that can touch is known.
 void read_interfaces(Reading& in, const View& root);
 

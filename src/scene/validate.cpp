@@ -37,7 +37,7 @@ class Validator {
     for (const std::string& name : keys_below(path)) {
       const Key* key = find_key(path.empty() ? name : path + "." + name);
       if (key->required.compare(0, 6, "always") != 0 || node.find(name)) continue;
-      Problem problem = at(node, "is missing", fmt::format("add {} ({}: {})", name, type_text(*key), key->doc));
+      Problem problem = at(node, "is missing", how_to_add(*key, name));
       problem.key = node.label.empty() ? name : node.label + "." + name;
       problem.value.clear();
       problems_.push_back(std::move(problem));
@@ -113,6 +113,8 @@ class Validator {
     const bool high = key.below ? value >= key.max : value > key.max;
     if (!low && !high) return true;
     std::string remedy = "give a value in this range";
+    if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 && 1e6 * value >= key.min && 1e6 * value <= key.max)
+      remedy = fmt::format("a bare number is in Pa: did you mean \"{:g} MPa\"?", value);
     if (high && (key.dimension == dimension::angle) && owner.is_number()) remedy = "a bare number is in radians: write it with its unit, e.g. \"29 deg\"";
     report(owner, fmt::format("must be {}", range_text(key)), remedy);
     return false;

@@ -33,6 +33,14 @@ std::optional<double> quantity_of(const Node& node, Dimension dimension, std::st
   return {};
 }
 
+std::string how_to_add(const Key& key, const std::string& name) {
+  std::string doc = key.doc;
+  if (!doc.empty() && doc.back() == '.') doc.pop_back();
+  // The meaning of these types says how they are written.
+  const bool told = key.type == Type::friction || key.type == Type::stiffness;
+  return told ? fmt::format("add {} = ...; {}", name, doc) : fmt::format("add {}, {}. {}", name, type_text(key), doc);
+}
+
 Vec3 vector_of(const Node& node, Dimension dimension) {
   Vec3 value = Vec3::Constant(std::numeric_limits<double>::quiet_NaN());
   std::string why;
@@ -164,7 +172,7 @@ void View::problem(const std::string& key, std::string rule, std::string remedy,
 void View::missing(const std::string& key, const std::string& why) const {
   if (has(key)) return;
   const Key& entry = key_of(key);
-  problem(key, why.empty() ? "is missing" : "is missing: " + why, fmt::format("add {} ({}: {})", key, type_text(entry), entry.doc));
+  problem(key, why.empty() ? "is missing" : "is missing: " + why, how_to_add(entry, key));
 }
 
 }  // namespace talus::scene

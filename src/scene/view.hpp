@@ -62,6 +62,9 @@ class View {
   std::vector<Problem>* problems_;
 };
 
+/// What to do about a key that is missing: its name, how it is written, what it means.
+std::string how_to_add(const Key& key, const std::string& name);
+
 /// Position of a plan vector with the height left out: NaN.
 Vec3 vector_of(const Node& node, Dimension dimension);
 

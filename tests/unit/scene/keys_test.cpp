@@ -75,6 +75,12 @@ TEST(Keys, ExplainTellsTypeUnitDefaultRangeSource) {
   EXPECT_NE(explain("[[block]]").find("Keys:"), std::string::npos);
   EXPECT_NE(explain("block.B1").find("Keys:"), std::string::npos);
   EXPECT_THROW(explain("block.siz"), InputError);
+  // Every measure of a viaduct says what holds without it.
+  for (const Key& key : keys())
+    if (key.doc.starts_with("Viaduct: ") && key.type == Type::quantity) {
+      EXPECT_FALSE(key.otherwise.empty()) << key.path;
+    }
+  EXPECT_NE(explain("structure.cap_width").find("pier_width + 0.5 m"), std::string::npos);
   EXPECT_NE(explain("structure.P2.probe.top.at").find("structure.probe.at"), std::string::npos);
   try {
     explain("simulaton.step");
