@@ -6,6 +6,28 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
+namespace {
+
+/// True if these rows give the bodies energy: impulses times the mean of the velocities without and with them.
+bool give_energy(const contact::ContactProblem& problem, const std::vector<int>& rows) {
+  double work = 0, size = 0;
+  for (const int row : rows) {
+    const contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(row)];
+    Vec3 mean = Vec3::Zero();
+    for (int k = 0; k < c.terms; ++k) {
+      const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(c.first_term + k)];
+      const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
+      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> j(problem.jacobians.data() + term.jacobian, 3, body.ndof);
+      const Eigen::Map<const VecX> before(problem.v_hat.data() + body.offset, body.ndof), after(problem.v.data() + body.offset, body.ndof);
+      mean += 0.5 * (j * (before + after));
+    }
+    work += c.impulse.dot(mean);
+    size += std::abs(c.impulse.dot(mean));
+  }
+  return work > 1e-6 * size;
+}
+
+}  // namespace
 
 double IslandStepper::fastest() const {
   double most = 0;
@@ -104,7 +126,21 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   bool solved = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    solved = solve(h, last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated);
+    const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
+    solved = solve(h, effort);
+    // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a notch would be shot out of it.
+    std::vector<int> hard;
+    const auto bounces = [&](const Touch& t) { return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 && problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0; };
+    for (const Touch& t : touches_)
+      if (lumped && t.row >= 0 && t.stiffness == 0) hard.push_back(t.row);
+    for (const double left : {0.5, 0.0}) {
+      if (!solved || !give_energy(problem_, hard)) break;
+      bool any = false;
+      for (const Touch& t : touches_)
+        if (t.row >= 0 && t.stiffness == 0 && bounces(t)) problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
+      if (!any) break;
+      solved = solve(h, effort);
+    }
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);
     if (!finite()) return out;
