@@ -40,6 +40,7 @@ if (summary.message) $("status").title = summary.message;
 const tidy = (line) => line.replaceAll("m^3", "m³").replace(/(\d) (?=(s|m\/s|[GMkmµu]?(N|J|Pa)( [ms])?|m|m³)\b)/g, "$1\u00a0").replace(/\b([kMG]?N) ([ms])\b/g, "$1\u00a0$2");
 (summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
 if (summary.message) $("headline").append(make("p", { textContent: summary.message }));
+for (const line of summary.warnings || []) $("headline").append(make("p", { className: "warning", textContent: `Warning: ${tidy(line)}` }));
 
 const force = (m) => m.filtered_force ?? m.peak_force;   // results of earlier versions hold the single sub-step's only
 
