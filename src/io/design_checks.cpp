@@ -37,8 +37,8 @@ formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
   for (int k = 1; k < 3; ++k)
     if (std::abs(structure.axes[static_cast<std::size_t>(k)].dot(m.normal)) > std::abs(structure.axes[static_cast<std::size_t>(axis)].dot(m.normal))) axis = k;
   const double depth = structure.effective_depth[axis], ratio = structure.reinforcement_ratio[axis];
-  if (depth >= 0.02 && depth <= 10) inputs.set("effective_depth", depth, ratio > 0 ? "section less cover" : "0.9 of the section, no bars by rule");
-  if (ratio > 0 && ratio <= 0.1) inputs.set("reinforcement_ratio", ratio, "bars of the far side and stirrups");
+  if (depth >= 0.02 && depth <= 10) inputs.set("effective_depth", depth, ratio > 0 ? "section less cover" : "0.9 of the section, its bars are not known both ways");
+  if (ratio > 0 && ratio <= 0.1) inputs.set("reinforcement_ratio", ratio, "the structure's bars across the blow");
   return inputs;
 }
 

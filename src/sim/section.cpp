@@ -2,6 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
 
 namespace talus::sim {
 namespace {
@@ -15,6 +21,60 @@ std::string form_of(const StructureSpec& spec) {
 
 double area(double diameter) { return M_PI * diameter * diameter / 4; }
 
+/// Ends of a bar in the body's axes, from the middle of the body.
+struct BarEnds {
+  Vec3 first, last;
+  double diameter = 0;
+};
+
+/// The bars of a file that the structure has taken already, so that it is known to be whole.
+std::vector<BarEnds> bars_of(const StructureSpec& spec) {
+  std::vector<BarEnds> bars;
+  std::ifstream in(spec.rebar_file);
+  std::map<std::string, std::size_t> column;
+  std::string line, name;
+  const Vec3 middle = spec.position + (spec.kind == "column" ? Vec3(0.5 * spec.size.z() * spec.rotation.col(2)) : Vec3(Vec3::Zero()));
+  while (std::getline(in, line)) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos || line[line.find_first_not_of(" \t")] == '#') continue;
+    std::vector<std::string> cells;
+    std::istringstream row(line);
+    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell.substr(std::min(cell.find_first_not_of(" \t"), cell.size())));
+    if (column.empty()) {
+      for (std::size_t k = 0; k < cells.size(); ++k) column[cells[k].substr(0, cells[k].find_last_not_of(" \t\r") + 1)] = k;
+      continue;
+    }
+    const auto number = [&](const char* key) { return std::strtod(cells.at(column.at(key)).c_str(), nullptr); };
+    const Vec3 at = spec.rotation.transpose() * (Vec3(number("x"), number("y"), number("z")) - middle);
+    if (cells.at(column.at("bar")) != name) bars.push_back({at, at, number("diameter")});
+    name = cells.at(column.at("bar"));
+    bars.back().last = at;
+  }
+  return bars;
+}
+
+/// Effective depth and ratio for a blow along axis k from bars of a file; false if they do not run both ways across it.
+bool from_layers(const StructureSpec& spec, const std::vector<BarEnds>& bars, int k, RunHeader::StructureInfo& info) {
+  const double h = spec.size[k];
+  double depth = 0, ratio = 1;
+  for (int a = 0; a < 3; ++a) {
+    if (a == k) continue;
+    double sum = 0, moment = 0;
+    for (const BarEnds& bar : bars) {
+      const Vec3 run = bar.last - bar.first;
+      const double off = std::abs(bar.first[k]);
+      if (std::abs(run[a]) < 0.9 * run.norm() || std::abs(run[a]) < 0.5 * spec.size[a] || off < h / 4) continue;
+      sum += area(bar.diameter);
+      moment += area(bar.diameter) * (h / 2 + off);
+    }
+    if (!(sum > 0)) return false;
+    depth += 0.5 * moment / sum;
+    ratio *= 0.5 * sum / (spec.size[3 - k - a] * moment / sum);
+  }
+  info.effective_depth[k] = depth;
+  info.reinforcement_ratio[k] = std::sqrt(ratio);
+  return true;
+}
+
 }  // namespace
 
 void describe_section(const StructureSpec& spec, RunHeader::StructureInfo& info) {
@@ -24,13 +84,14 @@ void describe_section(const StructureSpec& spec, RunHeader::StructureInfo& info)
   if (spec.kind != "box" && spec.kind != "column") return;
   const StructureSpec::RebarRule *bars = nullptr, *stirrups = nullptr;
   for (const auto& rule : spec.rebar_rules) (rule.kind == "longitudinal" ? bars : stirrups) = &rule;
+  const std::vector<BarEnds> layers = spec.rebar_file.empty() ? std::vector<BarEnds>{} : bars_of(spec);
   Vec3::Index along = 2;   // bars by rule run along a column, and along the longest side of a box
   if (spec.kind == "box") spec.size.maxCoeff(&along);
   for (int k = 0; k < 3; ++k) {
     info.axes.emplace_back(spec.rotation.col(k));
     const double h = spec.size[k], w = spec.size[3 - k - static_cast<int>(along == k ? (k + 1) % 3 : along)];
     info.effective_depth[k] = 0.9 * h;
-    if (!bars || k == along) continue;
+    if (from_layers(spec, layers, k, info) || !bars || k == along) continue;
     const double d = h - bars->cover - bars->diameter / 2;
     if (!(d > 0)) continue;
     info.effective_depth[k] = d;

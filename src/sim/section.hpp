@@ -10,8 +10,9 @@ namespace talus::sim {
 ///
 ///   d = h - cover - diameter / 2,   rho = sqrt(rho_l rho_w),   rho_l = n w / (2 (w + h)) A_bar / (w d),   rho_w = A_stirrup / (spacing d)
 ///
-/// n bars evenly along the perimeter, so that the share of the far side is tensioned. Without bars by rule d = 0.9 h and no ratio. A viaduct and a
-/// mesh have no one section: young alone.
+/// n bars evenly along the perimeter, so that the share of the far side is tensioned. Bars of a file count as layers: those that run along one of the
+/// two axes across the blow and lie in an outer quarter of h, half of them tensioned; d and rho are the mean and the root of the product of both
+/// directions. Where bars do not say, d = 0.9 h and no ratio. A viaduct and a mesh have no one section: young alone.
 void describe_section(const StructureSpec& spec, RunHeader::StructureInfo& info);
 
 }  // namespace talus::sim

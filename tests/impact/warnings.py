@@ -2,7 +2,10 @@
 
 Usage: warnings.py TALUS DIRECTORY
 """
+import json
+import math
 import pathlib
+import re
 import resource
 import shutil
 import subprocess
@@ -102,4 +105,56 @@ expect("no friction", check(base.replace("friction = 0.6\n", "")), 2, "add frict
 expect("in the ground", check(base, "--set", "block.B.position=[80, 80, 21.3]"), 2, "raise it by 0.201 m or more, to z = 21.501")
 expect("out of the ground", check(base, "--set", "block.B.position=[80, 80, 21.501]"), 0, "No problems found")
 expect("in a column", check(base + column % ("6", "1 m"), "--set", "block.B.position=[21.3, 50, 12]"), 2, "move it by [0.2, 0, 0] m or farther")
+# A slab of 0.5 m, bars of 20 mm each 0.5 m both ways, 40 mm and 60 mm from both faces to their middle: d = (0.46 + 0.44)/2, rho = sqrt(rho_x rho_y).
+rows = ["bar,diameter,x,y,z,grade"]
+for z, axis in ((0.21, "x"), (-0.21, "x"), (0.19, "y"), (-0.19, "y")):
+    for k in range(4):
+        at = -0.75 + 0.5 * k
+        for end in (-0.95, 0.95):
+            x, y = (end, at) if axis == "x" else (at, end)
+            rows.append(f"{axis}{z}{k},0.020,{x},{y},{z},B500B")
+(out / "bars.csv").write_text("\n".join(rows) + "\n")
+(out / "slab.toml").write_text("""schema = 1
+[simulation]
+duration = "4 ms"
+[[material]]
+name = "rock"
+density = "2.6 t/m^3"
+[[material]]
+name = "C30"
+f_cm = "38 MPa"
+[[interface]]
+between = ["*", "*"]
+friction = 0.6
+normal_stiffness = "hard"
+[[structure]]
+name = "slab"
+kind = "box"
+material = "C30"
+position = [0, 0, 0]
+size = [2, 2, 0.5]
+cell_size = "0.25 m"
+support = ["-x", "+x"]
+rebar = "bars.csv"
+[impact]
+material = "rock"
+shape = "sphere"
+mass = 100
+velocity = "5 m/s"
+angle = "90 deg"
+point = [0, 0, 0.25]
+""")
+done = subprocess.run([talus, "impact", "slab.toml", "-o", "slab", "--set", "output.report=false"], cwd=out, capture_output=True, text=True, timeout=120)
+assert done.returncode == 0, done.stderr
+summary = json.loads((out / "slab/summary.json").read_text())
+assert summary["structures"][0]["form"] == "slab"
+assert {f["id"] for f in summary["formulas"]} == {"hertz", "en1991-hard", "en1992-punching"}, "there is no cushion"
+inputs = next(f for f in summary["formulas"] if f["id"] == "en1992-punching")["inputs"]
+steel = 4 * math.pi * 0.02**2 / 4
+ratio = math.sqrt(steel / (2 * 0.46) * steel / (2 * 0.44))
+for symbol, expected in (("d", 0.45), ("rho", ratio)):
+    found = float(re.search(rf"(?:^|; ){symbol} = ([0-9.e+-]+) ", inputs).group(1))
+    if abs(found / expected - 1) > 1e-3:
+        failures += 1
+        print(f"{symbol} = {found}, expected {expected}: {inputs}")
 sys.exit(f"{failures} failures" if failures else 0)
