@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "io/report_parts.hpp"
 
@@ -10,6 +11,7 @@ namespace {
 
 constexpr double bin = 1e-4;         // [s]
 constexpr std::size_t margin = 50;   // bins of no force before and after, for the filter
+constexpr std::size_t piece = 2000, remembered = 200;   // bins
 
 }  // namespace
 
@@ -26,14 +28,26 @@ void ForceTrack::add(double t, double dt, const Vec3& force) {
     const double share = std::min(end, static_cast<double>(k + 1)) - std::max(start, static_cast<double>(k));
     impulse_[static_cast<std::size_t>(k - first_)] += std::max(share, 0.0) * bin * force;
   }
+  if (impulse_.size() < piece) return;
+  peak_ = std::max(peak_, peak_here(false));
+  const std::size_t gone = impulse_.size() - remembered;
+  impulse_.erase(impulse_.begin(), impulse_.begin() + static_cast<std::ptrdiff_t>(gone));
+  first_ += static_cast<long>(gone);
+  goes_on_ = true;
 }
 
-double ForceTrack::filtered_peak() const {
+/// Where the force begins and ends there is none before and after; where a piece is cut the filter goes on with its last value.
+double ForceTrack::peak_here(bool ends) const {
   if (impulse_.empty()) return 0;
-  std::vector<double> x(impulse_.size() + 2 * margin, 0.0);
-  std::transform(impulse_.begin(), impulse_.end(), x.begin() + margin, [](const Vec3& j) { return j.norm() / bin; });
+  std::vector<double> x(goes_on_ ? 0 : margin, 0.0);
+  std::transform(impulse_.begin(), impulse_.end(), std::back_inserter(x), [](const Vec3& j) { return j.norm() / bin; });
+  if (ends) x.resize(x.size() + margin, 0.0);
   const std::vector<double> y = low_pass(std::move(x), bin, force_cutoff);
-  return *std::max_element(y.begin(), y.end());
+  // What is near a cut belongs to the piece that holds more around it.
+  const std::size_t from = goes_on_ ? std::min(remembered / 2, y.size()) : 0, to = ends ? y.size() : y.size() - std::min(remembered / 2, y.size());
+  return from < to ? *std::max_element(y.begin() + static_cast<std::ptrdiff_t>(from), y.begin() + static_cast<std::ptrdiff_t>(to)) : 0;
 }
+
+double ForceTrack::filtered_peak() const { return std::max(peak_, peak_here(true)); }
 
 }  // namespace talus::io

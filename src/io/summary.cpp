@@ -198,7 +198,7 @@ void SummaryBuilder::close_step(Open& open) {
 
 /// Its force is filtered and forgotten.
 void SummaryBuilder::settle(Impact& impact) {
-  impact.filtered_force = impact.force.filtered_peak();
+  impact.filtered_force = std::max(impact.filtered_force, impact.force.filtered_peak());
   impact.force = {};
 }
 

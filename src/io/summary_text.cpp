@@ -194,7 +194,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
       open.force = force;  // the step may still grow
     }
   for (Impact& m : impacts_)
-    if (m.filtered_force == 0) m.filtered_force = m.force.filtered_peak();
+    m.filtered_force = std::max(m.filtered_force, m.force.filtered_peak());
   for (StructureTrack& s : structures_) {
     const Vec3 force = s.step_force;
     close_step(s);

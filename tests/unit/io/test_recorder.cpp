@@ -230,6 +230,17 @@ TEST(Recorder, AForceIsFilteredAndANeedleIsNot) {
   EXPECT_NEAR(plain.filtered_peak(), 1e6, 0.15e6);
   EXPECT_LT(needle.filtered_peak(), 1.3e6);   // 100 N s over some milliseconds
   EXPECT_EQ(io::ForceTrack{}.filtered_peak(), 0);
+  // A rest of 3 s with one blow in it, cut into pieces wherever the blow lies: no seam shows.
+  const double blow = 4e6;
+  for (const double at : {0.05, 0.187, 0.199, 0.2, 0.211, 0.379, 1.7}) {
+    io::ForceTrack rest, alone;
+    for (int k = 0; k < 30000; ++k) {
+      const double t = (k + 1) * 1e-4, f = 1e5 + (t > at && t <= at + 4e-3 ? blow : 0);
+      rest.add(t, 1e-4, Vec3(0, 0, f));
+      if (t > at - 0.02 && t <= at + 0.02) alone.add(t, 1e-4, Vec3(0, 0, f));
+    }
+    EXPECT_NEAR(rest.filtered_peak() / alone.filtered_peak(), 1, 1e-3) << at;
+  }
 }
 
 TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
