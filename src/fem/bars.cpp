@@ -6,11 +6,13 @@
 #include <cmath>
 
 #include "core/reject.hpp"
+#include "fem/bar_anchorage.hpp"
 #include "fem/viaduct.hpp"
 
 namespace talus::fem {
 
-Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<rebar::Member>& members) {
+Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn) {
+  for (rebar::Member& member : members) mark_held_ends(member, mesh, supports);
   std::vector<rebar::Bar> all;
   const std::string key = "structure." + spec.name + ".rebar";
   if (!spec.rebar_file.empty()) all = rebar::read_bars(spec.rebar_file);
@@ -45,7 +47,9 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<reb
   }
   // The flat faces of a round section's cells lie inside its circle: what the cover puts between the two is held by the nearest cell.
   const double tolerance = spec.section == "round" ? 0.25 : 1e-6;
-  const std::vector<rebar::Segment> segments = rebar::embed(all, rebar::host_search(mesh.nodes, mesh.hexes, tolerance), key);
+  const rebar::HostSearch host = rebar::host_search(mesh.nodes, mesh.hexes, tolerance);
+  if (const std::string short_ends = anchor_bars(all, host, mesh, supports); !short_ends.empty()) warn(short_ends);
+  const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
   // Only the nodes of hosts take part: their own numbering.
   std::vector<int> number(mesh.nodes.size(), -1);
   for (const rebar::Segment& s : segments)

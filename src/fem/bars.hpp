@@ -9,13 +9,14 @@
 #include "fem/linear_system.hpp"
 #include "fem/partition.hpp"
 #include "fem/rebar_slip.hpp"
+#include "fem/setup.hpp"
 
 namespace talus::fem {
 
 class Bars {
  public:
-  /// Reads and cuts the bars of the specification. Throws InputError for bars outside the concrete.
-  Bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<rebar::Member>& members);
+  /// Reads and cuts the bars of the specification; `warn` is told of bars that end short of a support. Throws InputError for bars outside the concrete.
+  Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn);
   Bars(const Bars&) = delete;             // the bond points into the bars
   Bars& operator=(const Bars&) = delete;
 

@@ -100,7 +100,7 @@ class FieldOf final : public DamageField {
     std::vector<int> list;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!own(cells_[i])) continue;
-      bool all = result_[i].largest_strain * std::cbrt(geometry_[i].volume) > opening && (kept.empty() || !kept[cells_[i]]);
+      bool all = result_[i].dilation * std::cbrt(geometry_[i].volume) > opening && (kept.empty() || !kept[cells_[i]]);
       for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
       if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
     }
@@ -195,6 +195,7 @@ class FieldOf final : public DamageField {
     for (int q = 0; q < 8; ++q) {
       result.energy += g.weight[q] * energy[q];
       result.dissipation += g.weight[q] * dissipation[q];
+      result.dilation += g.weight[q] / g.volume * (at.strain[0][q] + at.strain[1][q] + at.strain[2][q]);
     }
     result.largest_strain = largest_strain(at);
     nodal_force(g, at, stress, finite_, force);

@@ -40,6 +40,7 @@ LawGeometry law_geometry(const HexMesh& mesh, int cell);
 struct LawResult {
   double energy = 0, dissipation = 0;  // [J]
   double largest_strain = 0;           // Frobenius norm, a bound on the principal values
+  double dilation = 0;                 // mean trace of the strain: a crack of width w opens a cell of edge l by w / l
   bool grew = false;
 };
 

@@ -72,6 +72,10 @@ double crack_width(double l, const Sym& strain, const Sym& stress, double young,
   return l * std::max(0.0, principal_values(inelastic).first);
 }
 
+namespace {
+constexpr double rubble_friction = 0.7;
+}
+
 ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   const Concrete& c = p.concrete;
   Requirements needs;
@@ -95,6 +99,9 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   f_c0_ = p.elastic_limit * f_c_;
   stress_peak_ = young_ * c.eps_c1;
   shear_ = young_ / (2 * (1 + poisson_));
+  bulk_ = young_ / (3 * (1 - 2 * poisson_));
+  const double sine = rubble_friction / std::sqrt(1 + rubble_friction * rubble_friction);
+  friction_ = std::sqrt(2.0 / 3) * 6 * sine / (3 - sine);
   interlock_ = p.aggregate > 0 ? 0.18e6 * std::sqrt(f_c_ / 1e6) / 0.31 : 0.0;
   widen_ = 24 / 0.31 / (p.aggregate + 0.016);
   const double root2 = std::sqrt(2.0);
@@ -126,6 +133,8 @@ template <class R>
 struct ConcreteDamage::Lanes {
   R r_t, f_t, b_t, d_t, r_c, dif_c, b_c, d_c;
   R normal[3], slip[3];
+  R compaction, pressure;
+  R flow[6];
 };
 
 template <class R>
@@ -260,6 +269,40 @@ inline void ConcreteDamage::interlock(const R (&strain)[6], const R& old_d_t, La
   dissipation = dissipation + share * work;
 }
 
+/// What the crushed part carries; `largest`: the largest principal value of the effective stress, with Poisson's ratio `poisson`.
+template <class R>
+inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+  const R zero = spread(0.0, s.d_c), volume = strain[0] + strain[1] + strain[2];
+  const auto broken = s.d_c > 0.0;
+  const R mu = 0.5 * young_ / (1.0 + poisson);
+  const R widest = (largest - 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * volume) / (2.0 * mu);   // principal strain
+  const R confinement = maximum(zero - ((bulk_ - 2 * shear_ / 3) * volume + 2 * shear_ * widest), zero);
+  const R trial = bulk_ * (zero - volume - s.compaction);
+  const R p = select(broken, maximum(minimum(trial, confinement), zero), zero);
+  const R theta = select(broken & (trial > confinement), zero - volume - confinement / bulk_, s.compaction);
+  // Friction: radial return of the deviator.
+  R shear[6], norm = zero;
+  for (int i = 0; i < 3; ++i) shear[i] = 2 * shear_ * (strain[i] - volume / 3.0 - s.flow[i]), norm = norm + shear[i] * shear[i];
+  for (int i = 3; i < 6; ++i) shear[i] = shear_ * (strain[i] - s.flow[i]), norm = norm + 2.0 * shear[i] * shear[i];
+  norm = square_root(norm);
+  const R limit = friction_ * p;
+  const auto slides = norm > limit;
+  const R keep = select(slides, limit / select(slides, norm, spread(1.0, zero)), spread(1.0, zero));
+  const R held = keep * norm;
+  const R rubbed = 0.5 / shear_ * (1.0 - keep) * norm * held;
+  const R compacted = 0.5 * (s.pressure + p) * (theta - s.compaction);
+  const R mean_d = 0.5 * (old_d_c + s.d_c), grown = s.d_c - old_d_c;
+  dissipation = dissipation + select(broken, mean_d * (compacted + rubbed) - grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held), zero);
+  energy = energy + select(broken, s.d_c * (0.5 / bulk_ * p * p + 0.25 / shear_ * held * held), zero);
+  for (int i = 0; i < 6; ++i) {
+    const R t = keep * shear[i];
+    stress[i] = stress[i] + select(broken, s.d_c * (i < 3 ? t - p : t), zero);
+    s.flow[i] = select(broken, s.flow[i] + (1.0 - keep) * shear[i] * (i < 3 ? 0.5 / shear_ : 1 / shear_), s.flow[i]);
+  }
+  s.compaction = theta;
+  s.pressure = p;
+}
+
 template <class R, class Rate>
 inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
                                                                   R (&stress)[6], R& energy, R& dissipation) const {
@@ -336,19 +379,21 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   energy = 0.5 * work;
   const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
   dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
+  if (any(s.d_c > 0.0)) crushed(strain, v.first, poisson, old_d_c, s, stress, energy, dissipation);
   if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, old_d_t, s, stress, energy, dissipation);
   return grows_t || grows_c;
 }
 
 Response ConcreteDamage::operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const {
   Lanes<double> s{old.r_t, old.f_t, old.b_t, old.d_t, old.r_c, old.dif_c, old.b_c, old.d_c,
-                  {old.normal[0], old.normal[1], old.normal[2]}, {old.slip[0], old.slip[1], old.slip[2]}};
+                  {old.normal[0], old.normal[1], old.normal[2]}, {old.slip[0], old.slip[1], old.slip[2]}, old.compaction, old.pressure,
+                  {old.flow[0], old.flow[1], old.flow[2], old.flow[3], old.flow[4], old.flow[5]}};
   const double e[6] = {strain[0], strain[1], strain[2], strain[3], strain[4], strain[5]};
   double stress[6];
   Response out;
   point(e, s, p_.cell, [&](int, Sym& speed) { speed = rate; return true; }, stress, out.energy, out.dissipation);
   std::copy(stress, stress + 6, out.stress.begin());
-  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c, {s.normal[0], s.normal[1], s.normal[2]}, {s.slip[0], s.slip[1], s.slip[2]}};
+  next = {s.r_t, s.f_t, s.b_t, s.d_t, s.r_c, s.dif_c, s.b_c, s.d_c, {s.normal[0], s.normal[1], s.normal[2]}, {s.slip[0], s.slip[1], s.slip[2]}, s.compaction, s.pressure, {s.flow[0], s.flow[1], s.flow[2], s.flow[3], s.flow[4], s.flow[5]}};
   return out;
 }
 
@@ -361,7 +406,9 @@ bool ConcreteDamage::stress8(const double* strain, const double* rate, const Cel
     Lanes<V4> s{load4(old.r_t + half), load4(old.f_t + half), load4(old.b_t + half), load4(old.d_t + half),
                 load4(old.r_c + half), load4(old.dif_c + half), load4(old.b_c + half), load4(old.d_c + half),
                 {load4(old.normal[0] + half), load4(old.normal[1] + half), load4(old.normal[2] + half)},
-                {load4(old.slip[0] + half), load4(old.slip[1] + half), load4(old.slip[2] + half)}};
+                {load4(old.slip[0] + half), load4(old.slip[1] + half), load4(old.slip[2] + half)},
+                load4(old.compaction + half), load4(old.pressure + half),
+                {load4(old.flow[0] + half), load4(old.flow[1] + half), load4(old.flow[2] + half), load4(old.flow[3] + half), load4(old.flow[4] + half), load4(old.flow[5] + half)}};
     const auto speed_of = [&](int i, Sym& speed) {
       if (!rate) return false;
       for (int k = 0; k < 6; ++k) speed[k] = rate[8 * k + half + i];
@@ -372,20 +419,21 @@ bool ConcreteDamage::stress8(const double* strain, const double* rate, const Cel
     for (int i = 0; i < 6; ++i) store4(stress + 8 * i + half, out[i]);
     if (energy) store4(energy + half, stored);
     if (dissipation) store4(dissipation + half, lost);
-    if (grows || &old != &next) {
-      store4(next.r_t + half, s.r_t);
-      store4(next.f_t + half, s.f_t);
-      store4(next.b_t + half, s.b_t);
-      store4(next.d_t + half, s.d_t);
-      store4(next.r_c + half, s.r_c);
-      store4(next.dif_c + half, s.dif_c);
-      store4(next.b_c + half, s.b_c);
-      store4(next.d_c + half, s.d_c);
-      for (int k = 0; k < 3; ++k) {
-        store4(next.normal[k] + half, s.normal[k]);
-        store4(next.slip[k] + half, s.slip[k]);
-      }
+    store4(next.r_t + half, s.r_t);
+    store4(next.f_t + half, s.f_t);
+    store4(next.b_t + half, s.b_t);
+    store4(next.d_t + half, s.d_t);
+    store4(next.r_c + half, s.r_c);
+    store4(next.dif_c + half, s.dif_c);
+    store4(next.b_c + half, s.b_c);
+    store4(next.d_c + half, s.d_c);
+    for (int k = 0; k < 3; ++k) {
+      store4(next.normal[k] + half, s.normal[k]);
+      store4(next.slip[k] + half, s.slip[k]);
     }
+    store4(next.compaction + half, s.compaction);
+    store4(next.pressure + half, s.pressure);
+    for (int k = 0; k < 6; ++k) store4(next.flow[k] + half, s.flow[k]);
   }
   return grew;
 }

@@ -2,7 +2,7 @@
 ///
 ///   s = C(E, nu (1 - d_t)) : eps = s+ + s-    effective stress, split by the sign of its principal values; an open crack takes
 ///                                     Poisson's effect away: else concrete between cracks could carry no pressure along them
-///   sigma = (1 - d_t) s+ + (1 - d_c) s-
+///   sigma = (1 - d_t) s+ + (1 - d_c) s- + d_c (t - p I)
 ///   tau_t = sqrt(E s+ : C^-1 : s+), C with the same nu               uniaxial tension: tau_t = E eps
 ///   tau_c = 3 (K s_oct + t_oct) / (sqrt2 - K) of s-,  K = sqrt2 (beta - 1) / (2 beta - 1)    uniaxial compression: tau_c = E |eps|
 ///   r = max over time of tau, never below the strength
@@ -16,6 +16,12 @@
 /// l        extent of the cell along the crack normal, frozen when damage starts  m       1
 /// d_t d_c  damage, at most 1 - 1e-5 (a cap of 0.999 loses 6 to 15 % of G_F)      -       1
 /// beta     equibiaxial over uniaxial compressive strength                        -       1
+///
+/// Crushed concrete between concrete carries pressure: p = K <-tr eps - theta>, at most the confinement c = <-(lambda tr eps + 2 G eps_1)>, the least
+/// principal pressure of the sound concrete at that strain; what is above it compacts, theta grows, and the work p dtheta is dissipated. In uniaxial and
+/// biaxial compression with free sides c is 0, and the law above stands alone; in an oedometer the crushed concrete is half as stiff in volume as the sound.
+/// The rubble rubs: its deviator t = 2 G (e - e_p) is at most |t| = sqrt(2/3) M p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by
+/// EN 1992-1-1, 6.2.5), by radial return, without change of volume; the work of e_p is dissipated.
 ///
 /// Interlock: the faces of a crack carry shear, as far as the damage law itself gives less. The crack's plane is that of its onset, gamma the shear strain
 /// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain; the limit is that of the modified compression field theory [vecchio1986, walraven1981]:
@@ -43,13 +49,15 @@ struct CellFrame {
   double extent(const std::array<double, 3>& n) const;
 };
 
-/// History of eight points, one array per quantity (896 bytes, plain doubles). All zero: never damaged.
+/// History of eight points, one array per quantity (1408 bytes, plain doubles). All zero: never damaged.
 struct DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
   double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
   double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it, and along the normal the largest that opened it
+  double compaction[8], pressure[8];        // theta, p [Pa] of the crushed part
+  double flow[6][8];                        // e_p, as Sym, engineering shears
 };
-static_assert(sizeof(DamageCell) == 112 * sizeof(double));
+static_assert(sizeof(DamageCell) == 176 * sizeof(double));
 
 class ConcreteDamage {
  public:
@@ -66,6 +74,8 @@ class ConcreteDamage {
   struct State {
     double r_t = 0, f_t = 0, b_t = 0, d_t = 0, r_c = 0, dif_c = 0, b_c = 0, d_c = 0;
     std::array<double, 3> normal{}, slip{};
+    double compaction = 0, pressure = 0;
+    Sym flow{};
   };
 
   /// Throws InputError if parameters are out of range.
@@ -96,11 +106,13 @@ class ConcreteDamage {
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
   template <class R> void interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
+  template <class R> void crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> R damage_tension(R r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
 
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
+  double bulk_ = 0, friction_ = 0;                 // K [Pa]; |t| / p
   double shear_ = 0, interlock_ = 0, widen_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };

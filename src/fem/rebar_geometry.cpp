@@ -226,7 +226,7 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
     bar.name = fmt::format("L{}", i + 1);
     bar.diameter = rule.diameter;
     bar.steel = rule.steel;
-    bar.points = {place(m, at[i][0], at[i][1], end), place(m, at[i][0], at[i][1], m.length - end)};
+    bar.points = {place(m, at[i][0], at[i][1], m.held_start ? 0 : end), place(m, at[i][0], at[i][1], m.length - (m.held_end ? 0 : end))};
     bars.push_back(std::move(bar));
   }
   return bars;

@@ -19,6 +19,7 @@ struct Bar {
   material::Steel::Parameters steel;
   std::string file;  // where it was given, for messages; empty for rules
   int line = 0;
+  bool start_held = false, end_held = false;  // goes on into what holds the structure there: no slip
   double area() const { return 0.25 * 3.14159265358979323846 * diameter * diameter; }
   double perimeter() const { return 3.14159265358979323846 * diameter; }
   double length() const;
@@ -37,6 +38,7 @@ struct Member {
   double length = 0;                ///< [m]
   Vec3 base = Vec3::Zero();         ///< centre of the section at the start
   Vec3 axis_x = Vec3::UnitX(), axis_y = Vec3::UnitY();
+  bool held_start = false, held_end = false;  ///< the section there is held: longitudinal bars run to it, not only to one cover before it
 };
 
 /// n longitudinal bars inside the stirrups, evenly along the perimeter (rectangular: at the corners first, n >= 4; round: n >= 4).

@@ -16,7 +16,7 @@ material::BondSlip::Parameters parameters(double f_cm) {
   return p;
 }
 
-/// Distances along the bar of its bends and, if it is closed, of its ends.
+/// Distances along the bar of its bends and of its ends where they are held, or if it is closed.
 std::vector<double> anchors(const Bar& bar) {
   std::vector<double> at;
   double arc = 0;
@@ -28,6 +28,8 @@ std::vector<double> anchors(const Bar& bar) {
     if (leg.normalized().dot(next.normalized()) < std::cos(M_PI / 6)) at.push_back(arc);
   }
   if ((bar.points.back() - bar.points.front()).norm() < 1e-6 * arc) at.push_back(0), at.push_back(arc);
+  if (bar.start_held) at.push_back(0);
+  if (bar.end_held) at.push_back(arc);
   return at;
 }
 

@@ -3,8 +3,8 @@
 ///   eps_k = e_k + (s_{k+1} - s_k) / L_k,   A (sigma_k - sigma_{k-1}) = p l_j tau(s_j)
 ///
 /// the stationary point of bar and bond energy in the slips s, so that the force on the concrete stays A sigma times the gradient of its
-/// own strain. The slip has no inertia of its own (the bar's mass moves with the concrete). Straight ends are free; a bend of more than
-/// 30 degrees anchors the bar (s = 0), and so do the ends of closed ties.
+/// own strain. The slip has no inertia of its own (the bar's mass moves with the concrete). Straight ends are free but where they
+/// lie on a held face; a bend of more than 30 degrees anchors the bar (s = 0), and so do the ends of closed ties.
 ///
 /// symbol   meaning                                                unit
 /// e_k      strain of the concrete along segment k                 -

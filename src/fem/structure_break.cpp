@@ -49,7 +49,7 @@ void FemStructure::switch_off(int cell) {
 }
 
 /// Removes cells: their stored energy is booked, and the mass of their nodes stays where other cells hold it. A node without cells would
-/// fly on for ever: its mass is dust, and leaves with its energy. A free body keeps it, and with it its mass and momenta to the last digit.
+/// fly on for ever: its mass is dust, and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
   share_motion();
   const std::vector<double> energies = cell_energies(cells);
@@ -66,7 +66,8 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
     for (int n : mesh_.hexes[cell]) {
       if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
       const Vec3 v = velocity(n);
-      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm() - mass_[n] * gravity_.dot(position(n) - 0.5 * h_last_ * v);
+      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm();
+      dust_potential_ -= mass_[n] * gravity_.dot(position(n) - 0.5 * h_last_ * v);   // where it came off: its fall is not followed
       dust_mass_ += mass_[n];
       dust_momentum_ += mass_[n] * v;
       dust_spin_ += mass_[n] * position(n).cross(v);

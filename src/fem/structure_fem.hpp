@@ -238,7 +238,7 @@ class FemStructure : public Structure {
   std::unique_ptr<Bars> bars_;            // null: no reinforcement
   std::unique_ptr<Bearings> bearings_;    // null: no viaduct
   long breaks_ = 0, cuts_seen_ = 0;       // what the search for fragments last saw
-  double dust_mass_ = 0, eroded_volume_ = 0, detached_volume_ = 0;
+  double dust_mass_ = 0, dust_potential_ = 0, eroded_volume_ = 0, detached_volume_ = 0;
   Vec3 dust_momentum_ = Vec3::Zero(), dust_spin_ = Vec3::Zero();   // what it left with, linear and about the origin
   double h_last_ = 0;                // 0: v_ is at the same time as u_
   double time_ = 0;

@@ -94,7 +94,7 @@ StructureEnergy FemStructure::energy() const {
   sum(all);
   StructureEnergy e = books_;
   e.kinetic = all[0];
-  e.gravity_potential = all[1];
+  e.gravity_potential = all[1] + dust_potential_;
   e.elastic = h_last_ == 0 ? all[2] : stored_half_;
   e.linear_momentum = Vec3(&all[3]) + dust_momentum_;
   e.angular_momentum = Vec3(&all[6]) + dust_spin_;
@@ -198,7 +198,7 @@ void FemStructure::save(std::vector<double>& state) const {
   if (bars_) bars_->save(state);
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
-    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, eroded_volume_, detached_volume_});
+    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, dust_potential_, eroded_volume_, detached_volume_});
     for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
     state.insert(state.end(), live_.begin(), live_.end());
     state.insert(state.end(), mass_.begin(), mass_.end());
@@ -230,7 +230,7 @@ void FemStructure::restore(std::span<const double> state) {
   if (bars_) at += bars_->restore(state.subspan(at));
   if (bearings_) at += bearings_->restore(state.subspan(at));
   if (damage_ || bearings_) {
-    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), eroded_volume_ = next(), detached_volume_ = next();
+    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), dust_potential_ = next(), eroded_volume_ = next(), detached_volume_ = next();
     for (Vec3* p : {&dust_momentum_, &dust_spin_})
       for (int c = 0; c < 3; ++c) (*p)[c] = next();
     bool changed = false;

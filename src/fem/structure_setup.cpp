@@ -110,7 +110,7 @@ void FemStructure::set_masses() {
   if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
     std::vector<rebar::Member> shapes;
     for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
-    bars_ = std::make_unique<Bars>(spec_, mesh_, shapes);
+    bars_ = std::make_unique<Bars>(spec_, mesh_, supports_, std::move(shapes), [&](const std::string& text) { report_("warning: " + text); });
     bars_->add_mass(steel_density - spec_.density, mass_);
   }
   built_mass_ = mass_;

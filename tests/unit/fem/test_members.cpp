@@ -121,10 +121,10 @@ TEST(PushDown, OfASoundColumnIsItsConcreteAndSteel) {
 
 TEST(PushDown, OfACrushedColumnIsLower) {
   StructureSpec s = short_column();
-  // A pulse of 60 MPa on the right half of one side at mid-height.
+  // A pulse of 10 MPa on the right half of one side at mid-height.
   StructureSpec::Load load;
   load.region = Box3(Vec3(-0.201, -0.3, 0.59), Vec3(-0.199, 0.3, 1.01));
-  load.traction = Vec3(60e6, 0, 0);
+  load.traction = Vec3(10e6, 0, 0);
   load.history = {{0, 0}, {0.5e-3, 1}, {2e-3, 1}, {2.5e-3, 0}};
   s.loads.push_back(load);
   FemStructure column(s, Vec3(0, 0, -9.81), silent);
@@ -134,6 +134,7 @@ TEST(PushDown, OfACrushedColumnIsLower) {
   ASSERT_GT(column.damage_max(), 0.9);
   const double sound = FemStructure(short_column(), Vec3(0, 0, -9.81), silent).push_down().at(0).capacity;
   const double now = column.push_down().at(0).capacity;
+
   EXPECT_LT(now, 0.95 * sound);
   EXPECT_GT(now, 0.05 * sound);
 }

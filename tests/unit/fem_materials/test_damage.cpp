@@ -156,9 +156,10 @@ TEST(ConcreteDamage, CyclicUnloadsToTheOriginAndRecoversInCompression) {
   EXPECT_NEAR(cracked.stress[0], (1 - d_t) * c.young * 6e-4, 1);
   EXPECT_NEAR(pull(law, 3e-4, state).stress[0], (1 - d_t) * c.young * 3e-4, 1);  // secant unloading
   EXPECT_NEAR(pull(law, -1e-4, state).stress[0], -c.young * 1e-4, 1);             // the crack closes: full stiffness
-  const Response crushed = pull(law, -2e-3, state);
+  const Response crushed = law({-2e-3, 4e-4, 4e-4, 0, 0, 0}, Sym{}, state, state);   // its sides free, those of sound concrete
   EXPECT_GT(state.d_c, 0.3);
-  EXPECT_NEAR(crushed.stress[0], -(1 - state.d_c) * c.young * 2e-3, 1);
+  const double nu = c.poisson * (1 - d_t), twice_shear = c.young / (1 + nu);
+  EXPECT_NEAR(crushed.stress[0], (1 - state.d_c) * twice_shear * (nu / (1 - 2 * nu) * -1.2e-3 - 2e-3), 1);
   EXPECT_NEAR(pull(law, 5e-4, state).stress[0], (1 - d_t) * c.young * 5e-4, 1);  // tension keeps its own damage
   EXPECT_DOUBLE_EQ(state.d_t, d_t);
 }
@@ -175,6 +176,37 @@ TEST(ConcreteDamage, ConcreteBetweenOpenCracksCarriesPressureAlongThem) {
     EXPECT_NEAR(r.stress[2] / (-c.young * eps), 1, 2e-3);
     EXPECT_NEAR(r.stress[0], 0, 0.05 * c.f_t);
   }
+}
+
+TEST(ConcreteDamage, CrushedConcreteBetweenConcreteCarriesPressureAndRubs) {
+  const ConcreteDamage law(c30(0.4));
+  const Concrete& c = law.parameters().concrete;
+  ConcreteDamage::State state;
+  double work = 0, dissipated = 0, before = 0, last = 0;
+  Response r;
+  const auto to = [&](double strain, int steps) {
+    const double from = last;
+    for (int i = 1; i <= steps; ++i) {
+      const double e = from + (strain - from) * i / steps;
+      r = law({e, 0, 0, 0, 0, 0}, still, state, state);   // an oedometer
+      work += 0.5 * (r.stress[0] + before) * (e - last);
+      dissipated += r.dissipation;
+      before = r.stress[0], last = e;
+    }
+  };
+  to(-0.03, 200000);
+  ASSERT_GT(state.d_c, 0.9999);
+  // Half of the pressure goes into compaction: c = lambda eps = K eps / 2 with nu = 0.2; friction adds 2/3 M p along the axis and takes 1/3 M p off across it.
+  const double K = c.young / 1.8, p = K * 0.03 / 2, sine = 0.7 / std::sqrt(1.49), M = 6 * sine / (3 - sine);
+  EXPECT_NEAR(state.pressure / p, 1, 1e-9);
+  EXPECT_NEAR(r.stress[0] / -(p * (1 + 2 * M / 3)), 1, 1e-3);
+  EXPECT_NEAR(r.stress[1] / -(p * (1 - M / 3)), 1, 1e-3);
+  to(-0.02, 20000);
+  to(-0.03, 20000);
+  EXPECT_NEAR(r.stress[0] / -(p * (1 + 2 * M / 3)), 1, 1e-3);
+  to(-0.005, 20000);
+  EXPECT_NEAR(r.stress[0], 0, 1e4);   // compacted: its volume at rest is smaller now
+  EXPECT_NEAR((work - r.energy) / dissipated, 1, 2e-3);
 }
 
 TEST(ConcreteDamage, CapIsReachedAndKept) {
