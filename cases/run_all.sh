@@ -49,7 +49,7 @@ span() { [ -n "$reduced" ] && echo "$2" || echo "$1"; }   # full or reduced valu
 if wanted lab-14-blocks; then
   directories=
   for run_ in $(span "a-20 a-25 a-30 a-35 a-40 a-45 a-50 b-20 b-25 b-30 b-35 b-40 b-45 b-50" "a-20 a-30 b-50"); do
-    run "lab-$run_" "lab-14-blocks/$run_.toml" $(span "" "--set simulation.duration=0.15")
+    run "lab-$run_" "lab-14-blocks/$run_.toml" $(span "" "--set simulation.duration=$([ "$run_" = a-20 ] && echo 0.2 || echo 0.15)")
     directories="$directories $out/lab-$run_"
   done
   judge lab-14-blocks "$here/lab-14-blocks/evaluate.py" $directories

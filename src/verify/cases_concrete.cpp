@@ -37,10 +37,14 @@ StructureText& pull(StructureText& s, int axis, double stress, const std::vector
   return s;
 }
 
-/// Largest stress that the face on rollers across `axis` carried, by its sign [Pa].
+/// Largest stress that the face on rollers across `axis` carried, by its sign, until the cell had strained by 0.5 % [Pa]: once it fails, the load drives it
+/// together, and its own inertia confines the rubble.
 double strength(const Outcome& o, int axis, double sign) {
   double most = 0;
-  for (const sim::HistoryRow& row : o.rows) most = std::max(most, sign * row.structures[0].base_force[axis] / 0.01);
+  for (const sim::HistoryRow& row : o.rows) {
+    if (std::abs(row.structures[0].probe_displacement[0][axis]) > 5e-4) break;
+    most = std::max(most, sign * row.structures[0].base_force[axis] / 0.01);
+  }
   return most;
 }
 

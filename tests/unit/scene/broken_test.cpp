@@ -279,7 +279,8 @@ TEST(BrokenScenes, CutOffAndDamagedTextIsReadOrRefused) {
     std::string text = full;
     for (int k = 0; k < 3; ++k) {
       state = state * 1664525u + 1013904223u;
-      text[(state >> 8) % text.size()] = "\"[]{}=.,#0-9e\n\\\x01\xff ab"[(state >> 3) % 22];
+      constexpr std::string_view odd = "\"[]{}=.,#0-9e\n\\\x01\xff ab";
+      text[(state >> 8) % text.size()] = odd[(state >> 3) % odd.size()];
     }
     tried(text);
   }
