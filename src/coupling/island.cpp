@@ -23,6 +23,7 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = 0;
+  released_ = false;
   found_for_ = -1;
   followed_ = -1;
   skin_path_ = step_length_ = 0;
@@ -81,6 +82,8 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
 }
 
 bool IslandStepper::has_closed() const {
+  for (const Body& b : bodies_)
+    if (!model_.blocks[static_cast<std::size_t>(b.block)].fixed_points.empty()) return true;
   for (const Touch& t : touches_)
     if (t.stiffness > 0 ? t.at.gap <= 0 : t.at.gap <= touch_gap()) return true;
   return false;

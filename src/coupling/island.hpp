@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "coupling/spring_carry.hpp"
 #include "coupling/touch.hpp"
 #include "dda/kinematics.hpp"
 #include "coupling/counters.hpp"
@@ -121,6 +122,7 @@ class IslandStepper {
   void note_impacts_on_skin();
   bool impact_stage();
 
+  void release_springs(double h);
   void weigh_springs();
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
@@ -146,6 +148,10 @@ class IslandStepper {
   double fastest() const;
   contact::SolveSettings solve_settings(double h, Effort effort, bool small, bool still) const;
   bool solve(double h, Effort effort);
+  // island_rolling.cpp
+  void add_rolling_rows();
+  double limit_rolling(const std::function<double(const Touch&)>& pressed);
+  bool solve_rolling(double h, Effort effort);
   void apply(double h);
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
@@ -205,6 +211,8 @@ class IslandStepper {
   std::vector<std::vector<Touch>> touches_of_;   // per pair, before internal edges were dropped
   std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
+  std::vector<LooseSpring> loose_;        // springs that vanished loaded since the last step
+  bool released_ = false;                 // their energy was given back
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   std::vector<double> ahead_;             // per pair: it was met by a solution of this step, whose bodies moved so far: its touches are rows [m]; 0: not
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to

@@ -83,7 +83,7 @@ void IslandStepper::apply(double h) {
       b.shift += (b.end_rule ? 1.0 : condensed_ && deformable_structure(t) ? 0.5 : t.theta) * g;
     }
   }
-  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
+  const auto add = [&](const contact::ProblemContact& c) {
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       Body& b = bodies_[static_cast<std::size_t>(term.body)];
@@ -92,7 +92,9 @@ void IslandStepper::apply(double h) {
       b.impulse += g;
       b.shift += (b.end_rule ? 1.0 : 0.5) * g;
     }
-  });
+  };
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { add(c); });
+  each_held(touches_, problem_, add);
   for (Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     const dda::FreeFlow& f = b.free;

@@ -1,5 +1,7 @@
 /// Private parts of IslandStepper.
 #pragma once
+#include <span>
+
 #include "coupling/island.hpp"
 
 namespace talus::coupling {
@@ -69,7 +71,7 @@ struct IslandStepper::Trial {
 };
 
 /// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
-/// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch in the pass before.
+/// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch.
 inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.rolls; }
 
 /// Calls use(touch, contact) for the rolling rows of a problem, none if it was assembled without.
@@ -80,6 +82,43 @@ void each_rolling(std::span<Touch> touches, contact::ContactProblem& problem, Us
   for (Touch& t : touches)
     if (resists_rolling(t) && next < problem.contacts.size()) use(t, problem.contacts[next++]);
 }
+
+/// Calls use(contact) for the rows of fixed points, which follow all others; none if the problem was assembled without.
+template <class Use>
+void each_held(std::span<const Touch> touches, contact::ContactProblem& problem, Use&& use) {
+  std::size_t first = 0;
+  for (const Touch& t : touches) first += (t.row >= 0 ? 1u : 0u) + (resists_rolling(t) ? 1u : 0u);
+  for (std::size_t i = first; i < problem.contacts.size(); ++i) use(problem.contacts[i]);
+}
+
+/// 3 x ndof block of a contact row: sign * frame^T T(x), column major. Arm x - c in world axes, `strain_map` its way back to body axes.
+void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign);
+
+/// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears as much as it must (`bound` [N s]).
+/// At rest at the end of the step (h = 0: of the impulse), less half of the drift.
+template <class Bodies>
+void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, const Bodies& bodies, double h, double bound) {
+  for (std::size_t l = 0; l < bodies.size(); ++l) {
+    const auto& b = bodies[l];
+    const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(b.block)];
+    for (std::size_t i = 0; i < block.fixed_points.size(); ++i) {
+      const Vec3 x = b.start.c + b.start.F * block.fixed_points[i], mid = b.at_mid(x);
+      contact::ProblemContact c;
+      c.first_term = static_cast<int>(problem.terms.size());
+      c.terms = 1;
+      const int offset = static_cast<int>(problem.jacobians.size());
+      push_jacobian(problem.jacobians, Mat3::Identity(), mid - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
+      problem.terms.push_back({static_cast<int>(l), offset});
+      const Vec3 u_ref = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + offset, 3, b.ndof) * b.v_ref.head(b.ndof);
+      if (h > 0) c.bias = b.velocity_at_end(b.at_end(x)) - u_ref + 0.5 / h * (x - block.fixed_points_world[i]);
+      c.cohesion = c.tension = bound;
+      problem.contacts.push_back(c);
+    }
+  }
+}
+
+/// Row n . T(x) of a block's generalised velocity: that of its point x (world) along n. Arm r = x - c; `strain_map` is F^-1.
+Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r, const Vec3& n);
 
 /// Which body carries the normal: the one whose face it is, or neither (crossing edges).
 enum class NormalOwner { a, b, edges };

@@ -14,11 +14,38 @@ Vec12 mean_velocity(const Vec12& v0, const dda::FreeFlow& free, const Vec12& v) 
   return m;
 }
 
+/// What the contacts of one problem take, sorted so that friction never gives back.
+///
+/// An impulse with the mean of the velocities before and after is its work, exactly; but where an impact turns the slip round, or begins it, the
+/// friction that opposes the slip at its end seems to have driven. Only the sum of both losses is known: the impact's is less by as much.
+struct ContactLoss {
+  double friction = 0;   // of hard contacts and rolling, each at least nothing [J]
+  double driven = 0;     // what friction seems to have given, at most nothing [J]
+  double impact = 0;     // of the normals of what meets [J]
+  double sprung = 0;     // friction on springs, up to the scheme's own error [J]
+
+  void slides(double lost) { (lost > 0 ? friction : driven) += lost; }
+
+  void settle(Ledger& ledger) const {
+    double slid = friction, met = impact, scheme = 0;
+    const double taken = std::min(-driven, std::max(met, 0.0));
+    met -= taken;
+    scheme += driven + taken;
+    const double shared = met < 0 ? std::min(-met, slid) : 0;   // the normals drove what friction took
+    met += shared;
+    slid -= shared;
+    ledger.friction_work += slid + std::max(sprung, 0.0);
+    ledger.damping_work += met;
+    ledger.algorithmic += scheme + std::min(sprung, 0.0);
+  }
+};
+
 }  // namespace
 
 void IslandStepper::book(double h) {
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
   double onset = 0;   // what hard contacts and dashpots at structures take
+  ContactLoss loss;
   for (const Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
@@ -50,11 +77,11 @@ void IslandStepper::book(double h) {
     }
     const bool sprung = t.stiffness > 0 && h > 0;
     if (!sprung) {
-      pending_.friction_work -= slip_work;
+      loss.slides(-slip_work);
       if (t.mode == Mode::closed)
         pending_.algorithmic -= normal_work;
       else
-        pending_.damping_work -= normal_work;   // onset: what an impact takes
+        loss.impact -= normal_work;
       if (t.mode != Mode::closed && h > 0 && deformable_structure(t)) onset -= normal_work;
       continue;
     }
@@ -72,7 +99,7 @@ void IslandStepper::book(double h) {
       pending_.friction_work += slipped;
       pending_.algorithmic -= slip_work + stretch + slipped;
     } else {
-      pending_.friction_work -= slip_work + stretch;
+      loss.sprung -= slip_work + stretch;
     }
     const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
     pending_.damping_work += crushed;
@@ -81,14 +108,19 @@ void IslandStepper::book(double h) {
     (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
     if (t.dashpot > 0 && leapfrog(t)) onset += std::max(0.0, lost);
   }
-  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) {
+  const auto work = [&](const contact::ProblemContact& c) {
+    double sum = 0;
     for (int k = 0; k < c.terms; ++k) {
       const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
       const Body& b = bodies_[static_cast<std::size_t>(term.body)];
       const Rows j(problem_.jacobians.data() + term.jacobian, 3, b.ndof);
-      pending_.friction_work -= c.impulse.dot(j * mean_velocity(b.v0, b.free, b.v_solved).head(b.ndof));
+      sum += c.impulse.dot(j * mean_velocity(b.v0, b.free, b.v_solved).head(b.ndof));
     }
-  });
+    return sum;
+  };
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { loss.slides(-work(c)); });
+  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? pending_.algorithmic : loss.impact) -= work(c); });
+  loss.settle(pending_);
   for (const Body& b : bodies_) {
     if (b.impulse.isZero(0) && !b.end_rule) continue;
     const auto k = static_cast<std::size_t>(b.block);

@@ -86,6 +86,7 @@ void IslandStepper::shrink_births(int block) {
 
 void IslandStepper::commit(double t_end, double h) {
   report_.ledger += pending_;
+  released_ = false;
   std::vector<std::vector<ContactMemory>*> memories;
   for (const Body& b : bodies_) memories.push_back(&history_[static_cast<std::size_t>(b.block)]);
   for (const SurfacePair& pair : island_->surfaces) memories.push_back(&surface_history_[static_cast<std::size_t>(pair.b)]);

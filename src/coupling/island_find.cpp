@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "coupling/island_body.hpp"
-#include "coupling/spring_carry.hpp"
 #include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
@@ -194,15 +193,30 @@ void IslandStepper::look(std::size_t i) {
 
 /// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
 void IslandStepper::carry() {
-  for (std::size_t first = 0, last; first < touches_.size(); first = last) {
-    const Touch& t = touches_[first];
-    last = first + 1;
-    while (last < touches_.size() && touches_[last].a == t.a && touches_[last].b == t.b) ++last;
-    if (moving_skin(t.a)) continue;
-    const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
-    carry_springs(std::span(touches_).subspan(first, last - first), memory);
-    if (in_heap()) hand_over(std::span(touches_).subspan(first, last - first), memory, 1e-4 * length_);
+  loose_.clear();
+  std::size_t first = 0;   // touches follow the order of the pairs
+  for (const CandidatePair& pair : island_->pairs) {
+    std::size_t last = first;
+    while (last < touches_.size() && touches_[last].a == pair.a && touches_[last].b == pair.b) ++last;
+    const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(pair.b)];
+    const std::span touches = std::span(touches_).subspan(first, last - first);
+    first = last;
+    if (moving_skin(pair.a) || (touches.empty() && memory.empty())) continue;
+    carry_springs(pair, touches, memory, loose_);
+    if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
   }
+  // Springs at partners that are out of reach.
+  std::vector<std::pair<int, std::uint64_t>> known;
+  for (const CandidatePair& pair : island_->pairs) known.emplace_back(pair.b, pair.a.id());
+  std::sort(known.begin(), known.end());
+  for (const Body& b : bodies_)
+    for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
+      if (!(m.normal_energy > 0) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner))) continue;
+      const Partner a{static_cast<Partner::Kind>(m.partner >> 32), static_cast<int>(m.partner & 0xffffffff)};
+      const auto index = static_cast<std::size_t>(a.index);
+      const bool here = a.kind != Partner::Kind::block || local_[index] >= 0 || model_.blocks[index].ndof() == 0;
+      if (here && !moving_skin(a)) loose_.push_back({a, b.block, m.place, m.normal, m.normal_energy});
+    }
 }
 
 void IslandStepper::gather_touches() {

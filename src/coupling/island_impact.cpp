@@ -43,6 +43,10 @@ bool IslandStepper::impact_rows(double scale) {
       c.bias.tail<2>() = scale * *t.law->restitution_tangential * slip.tail<2>();
     }
   }
+  add_rolling_rows();
+  double mass = 0;
+  for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
+  add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * speed_);
   return restituted;
 }
 
@@ -86,7 +90,7 @@ bool IslandStepper::impact_stage() {
     begin_step(0, given);
     const bool restituted = impact_rows(scale);
     finish_bodies();
-    if (!solve(0, Effort::last_resort)) return false;
+    if (!solve_rolling(0, Effort::last_resort)) return false;
     pending_ = Ledger{};
     apply(0);
     if (!finite()) return false;

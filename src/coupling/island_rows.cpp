@@ -7,7 +7,15 @@
 namespace talus::coupling {
 namespace {
 
-/// 3 x ndof block of a contact row: sign * frame^T T(x), column major.
+/// The point of a skin that weights name.
+Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
+  Vec3 x = Vec3::Zero();
+  for (int i = 0; i < w.count; ++i) x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
+  return x;
+}
+
+}  // namespace
+
 void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation,
                    int ndof, double sign) {
   const Mat3 ft = sign * frame.transpose();
@@ -23,23 +31,6 @@ void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm
     push(ft * (rotation * (dda::strain_tensor(e) * X)));
   }
 }
-
-/// Rows 1 and 2: arm * t . w; row 0 is empty.
-void push_rolling(std::vector<double>& pool, const Mat3& frame, int ndof, double arm) {
-  for (int c = 0; c < ndof; ++c)
-    for (int r = 0; r < 3; ++r) pool.push_back(r > 0 && c >= 3 && c < 6 ? arm * frame(c - 3, r) : 0.0);
-}
-
-/// The point of a skin that weights name.
-Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
-  Vec3 x = Vec3::Zero();
-  for (int i = 0; i < w.count; ++i) x += w.weight[static_cast<std::size_t>(i)] * structure.node_position(w.node[static_cast<std::size_t>(i)]);
-  return x;
-}
-
-double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI); }
-
-}  // namespace
 
 NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env, const Pose* pose_a) {
   if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
@@ -302,28 +293,11 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     if (t.mode == Mode::idle) continue;
     add_row(t, h, first_pass);
   }
-  for (const Touch& t : touches_) {
-    if (!resists_rolling(t)) continue;
-    const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, b = local_[static_cast<std::size_t>(t.b)];
-    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
-    double arm = equivalent_radius(block.volume);
-    if (a >= 0) {
-      const double other = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.a.index)].volume);
-      arm *= other / (arm + other);
-    }
-    contact::ProblemContact c;
-    c.first_term = static_cast<int>(problem_.terms.size());
-    for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
-      if (body < 0) continue;
-      problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
-      push_rolling(problem_.jacobians, t.frame, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
-    }
-    c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-    c.bias[0] = 1;   // its normal row never closes
-    c.compliance[0] = 1 / block.mass;
-    c.cohesion = t.law->rolling_resistance * std::max(0.0, first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]);
-    problem_.contacts.push_back(c);
-  }
+  add_rolling_rows();
+  limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
+  double mass = 0;
+  for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
+  add_held_rows(problem_, model_, bodies_, h, 1e6 * mass * (speed_ + h * model_.gravity.norm()));
   finish_bodies();
 }
 

@@ -32,6 +32,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     trial.lumped = !small || impacts_ > 200;
     trial.h = next_length(trial, duration, longest);
     find(trial.h);
+    release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
     if (!trial.lumped && !impact_stage()) {
       report_.failure = "impact could not be solved";

@@ -127,7 +127,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
     const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
-    solved = solve(h, effort);
+    solved = solve_rolling(h, effort);
     // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a notch would be shot out of it.
     std::vector<int> hard;
     const auto bounces = [&](const Touch& t) { return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 && problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0; };
@@ -139,7 +139,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       for (const Touch& t : touches_)
         if (t.row >= 0 && t.stiffness == 0 && bounces(t)) problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] *= left, any = true;
       if (!any) break;
-      solved = solve(h, effort);
+      solved = solve_rolling(h, effort);
     }
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);

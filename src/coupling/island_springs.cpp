@@ -21,6 +21,20 @@ double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy
 
 }  // namespace
 
+Vec12 point_row(const dda::Model::Block& block, const Mat3& rotation, const Mat3& strain_map, const Vec3& r, const Vec3& n) {
+  Vec12 j = Vec12::Zero();
+  j.head<3>() = n;
+  j.segment<3>(3) = r.cross(n);
+  if (!block.deformable) return j;
+  const Vec3 X = strain_map * r, m = rotation.transpose() * n;
+  for (int e = 0; e < 6; ++e) {
+    Vec6 unit = Vec6::Zero();
+    unit[e] = 1;
+    j[6 + e] = m.dot(dda::strain_tensor(unit) * X);
+  }
+  return j;
+}
+
 void IslandStepper::weigh_springs() {
   bool any = false;
   for (const Touch& t : touches_) any = any || t.stiffness > 0;
@@ -45,19 +59,7 @@ void IslandStepper::weigh_springs() {
   const auto row = [&](int body, const Vec3& x, const Vec3& n) {
     const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
     const Weight& w = weights[static_cast<std::size_t>(body)];
-    const Vec3 r = x - state_.c[k];
-    Vec12 j = Vec12::Zero();
-    j.head<3>() = n;
-    j.segment<3>(3) = r.cross(n);
-    if (model_.blocks[k].deformable) {
-      const Vec3 X = w.strain_map * r, m = w.rotation.transpose() * n;
-      for (int e = 0; e < 6; ++e) {
-        Vec6 unit = Vec6::Zero();
-        unit[e] = 1;
-        j[6 + e] = m.dot(dda::strain_tensor(unit) * X);
-      }
-    }
-    return j;
+    return point_row(model_.blocks[k], w.rotation, w.strain_map, x - state_.c[k], n);
   };
   const auto load = [&](int body, const Vec3& x, const Vec3& f) {
     if (body < 0) return;
@@ -141,8 +143,9 @@ void IslandStepper::choose_springs(double h, bool lumped) {
       if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0) t.spring = Mode::spring_secant;
       continue;
     }
-    // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start.
-    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || t.approach > -t.quiet_speed);
+    // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start. It may gain its speed on the way.
+    const double onset_sq = t.approach * t.approach + 2 * model_.gravity.norm() * std::max(0.0, t.at.gap);
+    const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets) continue;
     const bool resolved = h * std::sqrt(t.rate_sq) <= resolved_phase;
     t.spring = resolved ? Mode::spring_mean : Mode::spring_end;

@@ -49,7 +49,7 @@ const ContactMemory* nearest_alike(const std::vector<const ContactMemory*>& list
 
 /// What vanished without a successor that could hold its energy leaves it to the loaded springs that press much the same way: these grow stiffer,
 /// until they open.
-void stiffen(const std::vector<Spring>& springs, const std::vector<const ContactMemory*>& lost, double energy) {
+bool stiffen(const std::vector<Spring>& springs, const std::vector<const ContactMemory*>& lost, double energy) {
   const auto heir = [&](const Spring& p) {
     const ContactLaw::Kind kind = p.touch->law->kind;
     if (kind != ContactLaw::Kind::linear && kind != ContactLaw::Kind::hertz) return false;
@@ -58,13 +58,22 @@ void stiffen(const std::vector<Spring>& springs, const std::vector<const Contact
   double held = 0;
   for (const Spring& p : springs) held += heir(p) ? p.stored() : 0.0;
   const double by = 1 + energy / held;
-  if (!(by <= most_stiffening)) return;
+  if (!(by <= most_stiffening)) return false;
   for (const Spring& p : springs) {
     if (!heir(p)) continue;
     p.touch->normal_law.stiffness *= by;
     p.touch->normal_law.growth *= by;
     p.touch->stiffness *= by;
   }
+  return true;
+}
+
+/// What the springs of `from` held goes free, in all `energy`.
+void set_free(const CandidatePair& pair, const std::vector<const ContactMemory*>& from, double energy, std::vector<LooseSpring>& loose) {
+  double held = 0;
+  for (const ContactMemory* m : from) held += m->normal_energy;
+  for (const ContactMemory* m : from)
+    if (m->normal_energy > 0) loose.push_back({pair.a, pair.b, m->place, m->normal, energy * m->normal_energy / held});
 }
 
 /// Shear: an elongation that goes on, turned into the new plane of contact, within the energy there was.
@@ -83,14 +92,13 @@ void carry_shear(const std::vector<Spring>& springs, const std::vector<const Con
 
 }  // namespace
 
-void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memory) {
+void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::vector<LooseSpring>& loose) {
   thread_local std::vector<Spring> springs;
-  thread_local std::vector<const ContactMemory*> all, lost;
+  thread_local std::vector<const ContactMemory*> all, lost, given;   // of this pair; of features that vanished; whose energy is given anew
   springs.clear(), all.clear();
-  for (Touch& t : pair)
+  for (Touch& t : touches)
     if (t.stiffness > 0) springs.push_back({&t, nullptr, 0});
-  if (springs.empty()) return;
-  const std::uint64_t partner = pair.front().a.id();
+  const std::uint64_t partner = pair.a.id();
   for (const ContactMemory& m : memory)
     if (m.partner == partner && m.feature != born_inside) all.push_back(&m);
   lost = all;
@@ -103,6 +111,7 @@ void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memo
   // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of its energy.
   double budget = 0, need = 0;
   for (const ContactMemory* m : lost) budget += m->normal_energy;
+  given = lost;
   thread_local std::vector<Spring*> changed;
   changed.clear();
   for (Spring& p : springs) {
@@ -113,7 +122,7 @@ void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memo
     }
     const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;
     p.depth = -t.at.gap - (model != nullptr ? model->offset : 0.0);
-    if (p.last != nullptr) budget += p.last->normal_energy;
+    if (p.last != nullptr) budget += p.last->normal_energy, given.push_back(p.last);
     need += p.stored();
     changed.push_back(&p);
   }
@@ -128,7 +137,7 @@ void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memo
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
   }
-  if (left > 1e-9 * budget) stiffen(springs, lost, left);
+  if (left > 1e-9 * budget && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
   carry_shear(springs, all);
   for (const Spring& p : springs) p.touch->stored = p.stored() + 0.5 * p.touch->shear_stiffness * p.touch->shear.squaredNorm();
 }

@@ -6,7 +6,7 @@
 ///
 ///   a feature that stays, with the stiffness it had:   d as at the end of the last step                                     (1)
 ///   those that appeared or changed their stiffness:    d = s max(0, -(gap + offset)),  sum W(d) = sum of what these and those that
-///                                                      vanished held, s <= 4; what is left then is lost                      (2)
+///                                                      vanished held, s <= 4; what is left then is set free                  (2)
 ///
 /// with d the indentation, W its energy, and the offset the feature's own, or that of the nearest one alike. What d differs from the geometry is the
 /// contact's offset from then on; it is led out slowly (IslandStepper::remember). What appears where nothing was held starts unloaded, however deep
@@ -19,7 +19,16 @@
 
 namespace talus::coupling {
 
-/// Sets gap, offset, shear and stored energy of the springs of one pair at the start of a step; `memory` is block B's.
-void carry_springs(std::span<Touch> pair, const std::vector<ContactMemory>& memory);
+/// A spring that has vanished loaded, and left its energy to no other.
+struct LooseSpring {
+  Partner a;
+  int b = 0;
+  Vec3 place, normal;   // out of A
+  double energy;        // [J]
+};
+
+/// Sets gap, offset, shear and stored energy of the springs of one pair at the start of a step; `memory` is block B's. What no spring can hold is
+/// appended to `loose`.
+void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::vector<LooseSpring>& loose);
 
 }  // namespace talus::coupling

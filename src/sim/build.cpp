@@ -197,8 +197,6 @@ class Builder {
         if (law.rolling_resistance > 0 && deforms)
           missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out where a block meets a deformable structure");
       }
-    for (const scene::Block& b : s.blocks)
-      if (!b.fixed_points.empty()) missing("block." + b.name + ".fixed_points", "", "use fixed = true, or method = \"dda-1988\"");
   }
 
   /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.

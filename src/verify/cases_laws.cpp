@@ -101,6 +101,70 @@ void rolling(CaseRun& c) {
   c.relative("steepest slope, tangent", "1 + 2 mu_r R / a", expected, bracket ? 0.5 * (low + high) : NAN, 1e-4);
 }
 
+/// A regular octahedron, tip down on a plane when it lands at `speed` with `turn` [rad/s] about y; no gravity, no friction.
+Outcome landing(CaseRun& c, const Method& m, double speed, double turn, const std::string& law) {
+  const double tip = 0.5, fall = 0.05;   // [m], [s]
+  SceneText s(m, 2 * fall, Vec3::Zero());
+  s.material("rock", 2600).interface("rock", "ground", 0, "normal_stiffness = \"hard\"\n" + law).plane(Vec3::UnitZ());
+  const Mat3 before = Eigen::AngleAxisd(-turn * fall, Vec3::UnitY()).toRotationMatrix();
+  const Vec3 centre(0, 0, tip + speed * fall);
+  std::vector<Vec3> corners;
+  for (int k = 0; k < 3; ++k)
+    for (const double side : {-1.0, 1.0}) corners.push_back(centre + before * (side * tip * Vec3::Unit(k)));
+  return c.run(s.hull("octahedron", corners, centre, velocity(Vec3(0, 0, -speed)) + spin(Vec3(0, turn, 0))).str());
+}
+
+void rolling_impact(CaseRun& c) {
+  // The impulse m v (1 + e) acts through the centroid; what it presses resists turning: I dw = mu_r R m v (1 + e), I = m a^2 / 5.
+  const Method m = Method::by_accuracy(1e-3);
+  c.method(m);
+  const double tip = 0.5, speed = 1, turn = 2, resistance = 0.1, radius = std::cbrt(1 / pi) * tip;   // V = 4/3 a^3
+  for (const double e : {0.0, 0.5}) {
+    const Outcome o = landing(c, m, speed, turn, "rolling_resistance = " + number(resistance) + (e > 0 ? "\nrestitution = " + number(e) : ""));
+    const double left = turn - resistance * radius * speed * (1 + e) * 5 / (tip * tip);
+    c.relative(fmt::format("spin after landing, e = {} [rad/s]", e), "impulse times mu_r R", left, o.last().spin[0].y(), 1e-9);
+    const double inertia = o.simulation->header().blocks[0].mass * tip * tip / 5;
+    c.relative(fmt::format("friction work, e = {} [J]", e), "I (w^2 - w'^2) / 2", 0.5 * inertia * (turn * turn - left * left), o.last().ledger.friction_work, 1e-6);
+  }
+  const Outcome slow = landing(c, m, speed, 0.5, "rolling_resistance = " + number(resistance));
+  c.absolute("spin after landing slowly turning [rad/s]", "the couple stops it", 0, slow.last().spin[0].y(), 1e-9);
+}
+
+/// A faceted sphere that rolls down `slope` on a plane, on a terrain or on a fixed block.
+Outcome ball(CaseRun& c, const Method& m, double slope, const std::string& ground, double resistance, double speed, double duration) {
+  const Mat3 axes = slope_axes(slope);
+  const double radius = 0.5;
+  SceneText s(m, duration);
+  s.history(duration / 400).material("rock", 2600).material("ground", 2600).interface("rock", "ground", 0.8, "normal_stiffness = \"hard\"\nrolling_resistance = " + number(resistance));
+  if (ground == "plane") s.plane(axes.col(2));
+  const Vec3 down = axes.col(0);
+  if (ground == "block") s.box("slab", Vec3(60, 6, 1), 10 * down - 0.5 * axes.col(2), "fixed = true\n" + turned(rotation_vector(axes)), "ground");
+  if (ground == "terrain")
+    s.raw(fmt::format("[site]\nmaterial = \"ground\"\ncrest = {}\ndip_direction = \"90 deg\"\nwidth = 20.0\n[[site.face]]\ndip = {}\nlength = 60.0\n", vector(-20 * down), number(slope)));
+  s.raw(fmt::format("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1.0\nlongitudes = 16\nlatitudes = 9\nposition = {}\nvelocity = {}\nspin = [0.0, {}, 0.0]\n",
+                    vector(radius * axes.col(2)), vector(speed * down), number(speed / radius)));
+  return c.run(s.str());
+}
+
+void rolling_ball(CaseRun& c) {
+  const Method m = Method::by_accuracy(1e-3);
+  c.method(m);
+  const double slope = std::atan(0.15);
+  for (const std::string ground : {"plane", "terrain", "block"}) {
+    c.reset();
+    // It hops from facet to facet; its normal impulses sum up to the weight's.
+    const double resistance = 0.1;
+    const Outcome o = ball(c, m, slope, ground, resistance, 4, 2);
+    double turned = 0;
+    for (std::size_t i = 1; i < o.rows.size(); ++i) turned += 0.5 * (o.rows[i].spin.back().norm() + o.rows[i - 1].spin.back().norm()) * (o.rows[i].time - o.rows[i - 1].time);
+    const double mass = o.simulation->header().blocks.back().mass, radius = std::cbrt(0.75 * mass / 2600 / pi);
+    c.relative("friction work on a " + ground + " [J]", "mu_r R m g cos a times the angle turned", resistance * radius * mass * 9.81 * std::cos(slope) * turned, o.last().ledger.friction_work, 0.05);
+    c.reset();
+    const Outcome stopped = ball(c, m, slope, ground, 0.3, 2, 4);   // on the flat of a facet, whose half width helps
+    c.absolute("speed left on a " + ground + " where tan a < mu_r [m/s]", "it stops", 0, stopped.last().velocity.back().norm(), 1e-6);
+  }
+}
+
 }  // namespace
 
 std::vector<Case> law_cases() {
@@ -109,6 +173,8 @@ std::vector<Case> law_cases() {
       {"dda", "A28", "Contact that crushes", "energy", true, crushing},
       {"dda", "A29", "Contact force by table", "energy", true, table},
       {"dda", "A30", "Rolling resistance on a slope", "statics", true, rolling},
+      {"dda", "A31", "Rolling resistance in an impact", "impulse", true, rolling_impact},
+      {"dda", "A32", "Rolling resistance of a body that hops", "energy", true, rolling_ball},
   };
 }
 

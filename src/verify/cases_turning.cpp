@@ -92,6 +92,21 @@ void bouncing(CaseRun& c) {
   }
 }
 
+void pendulum(CaseRun& c) {
+  // A cube hung up by two corners of its upper face's middle line, let go 30 degrees from rest. I = (1/6 + 1/4) m a^2 about the hinge.
+  const double from = std::numbers::pi / 6, period = 4 * std::sqrt(5.0 / 12 / (0.5 * g)) * std::comp_ellint_1(std::sin(from / 2));
+  for (const auto& [a, allowed] : {std::pair(1e-3, 1e-2), std::pair(1e-5, 1e-3)}) {
+    const Method m = Method::by_accuracy(a);
+    c.method(m);
+    SceneText s(m, 0.75 * period);   // it passes below the hinge, at its fastest
+    s.material("rock", 2600).box("B", Vec3::Ones(), -0.5 * Vec3(std::sin(from), 0, std::cos(from)), turned(Vec3(0, from, 0)) + "fixed_points = [[0.0, -0.5, 0.0], [0.0, 0.5, 0.0]]\n");
+    const Outcome o = c.run(s.str());
+    c.absolute("way past the lowest place after 3/4 of the period [m]", "elliptic integral", 0, o.last().position[0].x(), allowed);
+    c.absolute("height of the centroid there [m]", "it hangs", -0.5, o.last().position[0].z(), allowed);
+    c.relative("spin there [rad/s]", "energy", std::sqrt(2 * g * 0.5 * (1 - std::cos(from)) / (5.0 / 12)), std::abs(o.last().spin[0].y()), allowed);
+  }
+}
+
 void painleve(CaseRun& c) {
   // A thin rod, tan theta = 2 from the ground, its tip ahead of the mass centre and sliding: friction digs it in. mu_c = 4/3.
   const double theta = std::atan(2.0), thickness = 1e-3;
@@ -147,6 +162,7 @@ std::vector<Case> turning_cases() {
       {"dda", "A9", "Euler top, I = (1, 2, 3)", "closed form", true, euler_top},
       {"dda", "A10", "Box 1 x 2 x 3 about its middle axis", "closed form", true, box_top},
       {"dda", "A11", "Rocking block", "Housner 1963; elliptic integral", true, rocking},
+      {"dda", "A33", "Pendulum on fixed points", "elliptic integral", true, pendulum},
       {"dda", "A12", "Rolling prism", "closed form", true, rolling_prism},
       {"dda", "A13", "Bouncing to rest", "closed form", true, bouncing},
       {"dda", "A18", "Painleve's rod", "Painleve 1895", true, painleve},
