@@ -25,6 +25,7 @@ struct Stress {
   std::function<std::string(const Method&)> text;
   double overlap = 0;                                // allowed for springs [m]
   std::function<void(CaseRun&, const Outcome&)> more = {};
+  bool quick = true;
 };
 
 SceneText start(const Method& m, double duration, double mu, const std::string& law = "normal_stiffness = \"hard\"", const Vec3& gravity = {0, 0, -9.81}, double rows = 40) {
@@ -211,6 +212,42 @@ std::vector<Stress> scenes() {
     return s.raw(list).str();
   }).size = 0.3;
   add("E31", "brick wall of 20 at rest, running bond", [=](const M& m) { return cubes(start(m, 0.3, 0.5).plane(up), 5, 1, 4, 1, 0, 0, 0.5); });
+  auto& dovetail = add("E50", "dovetail, pulled out of its socket and along it", [=](const M& m) {
+    // Half width 0.5 below, 0.3 above: it hangs by flanks that lean over it.
+    SceneText s = start(m, 1, 0.1, "normal_stiffness = \"hard\"", {0, 4, 9.81});
+    const auto prism_of = [](std::vector<Vec3> section, double from, double to) {
+      std::vector<Vec3> points;
+      for (const Vec3& x : section)
+        for (const double y : {from, to}) points.push_back(x + y * Vec3::UnitY());
+      return points;
+    };
+    for (const double side : {-1.0, 1.0}) {
+      const std::vector<Vec3> section{{side * 0.5, 0, 0}, {side * 1.5, 0, 0}, {side * 1.5, 0, 0.5}, {side * 0.3, 0, 0.5}};
+      const double x = (0.5 * 1.0 * 1.0 + 0.05 * (0.5 - 0.2 / 3)) / 0.55, z = (0.5 * 0.25 + 0.05 * 0.5 * 2 / 3) / 0.55;
+      s.hull(side < 0 ? "left" : "right", prism_of(section, -2, 4), Vec3(side * x, 1, z), held);
+    }
+    return s.hull("key", prism_of({{-0.5, 0, 0}, {0.5, 0, 0}, {0.3, 0, 0.5}, {-0.3, 0, 0.5}}, -0.5, 0.5), Vec3(0, 0, 0.5 / 3 * (1 + 2 * 0.6) / 1.6)).str();
+  });
+  dovetail.size = 0.5;
+  dovetail.more = [](CaseRun& c, const Outcome& o) {
+    const double pressed = 9.81 * std::hypot(0.5, 0.2) / 0.2;   // on both flanks, over the mass
+    const Vec3 moved = o.last().position.back() - o.rows.front().position.back();
+    c.relative("dovetail: path along the socket [m]", "(g_y - mu N / m) t^2 / 2", 0.5 * (4 - 0.1 * pressed), moved.y(), 1e-6);
+    c.absolute("dovetail: out of the socket [m]", "held", 0, moved.z(), 1e-8);
+  };
+  const auto heavy = [&](const std::string& id, const std::string& title, double size, const std::function<std::string(const M&)>& text) -> Stress& {
+    Stress& q = add(id, title, text);
+    q.size = size;
+    q.quick = false;
+    q.paper_step = 0;
+    return q;
+  };
+  heavy("E51", "stack of 1000", 1, [=](const M& m) { return cubes(start(m, 10, 0.5, "normal_stiffness = \"hard\"", {0, 0, -9.81}, 5).plane(up), 1, 1, 1000, 1, 0); });
+  heavy("E52", "packing of 64 loose cubes, step 1 s", 1, [=](const M& m) {
+    SceneText s = start(m, 5, 0.5, "normal_stiffness = \"hard\"", {0, 0, -9.81}, 5);
+    for (const Vec3& wall : {Vec3(1, 0, 0), Vec3(0, 1, 0)}) s.plane(wall, -1.5 * wall).plane(-wall, 5.5 * wall);
+    return cubes(s.plane(up), 4, 4, 4, 1, 0.05, 0.1, 0.1);
+  }).method = M::fixed_step(1.0);
   return all;
 }
 
@@ -219,7 +256,7 @@ std::vector<Stress> scenes() {
 std::vector<Case> stability_cases() {
   std::vector<Case> cases;
   for (Stress& q : scenes()) {
-    Case c{"stability", q.id, q.title, "invariants", true, {}};
+    Case c{"stability", q.id, q.title, "invariants", q.quick, {}};
     c.body = [q](CaseRun& run) {
       judge(run, q, q.method);
       if (run.quick() || q.paper_step <= 0) return;
