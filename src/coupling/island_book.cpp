@@ -27,10 +27,12 @@ struct ContactLoss {
   void slides(double lost) { (lost > 0 ? friction : driven) += lost; }
 
   void settle(Ledger& ledger) const {
-    double slid = friction, met = impact, scheme = 0;
+    double slid = friction, met = impact;
     const double taken = std::min(-driven, std::max(met, 0.0));
     met -= taken;
-    scheme += driven + taken;
+    slid += driven + taken;
+    const double scheme = std::min(slid, 0.0);
+    slid -= scheme;
     const double shared = met < 0 ? std::min(-met, slid) : 0;   // the normals drove what friction took
     met += shared;
     slid -= shared;
