@@ -10,7 +10,7 @@ Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, d
   springs_.reserve(columns.size());
   double all = 0, gains = 0;
   for (const Column& c : columns) {
-    springs_.push_back({stiffness * c.area, std::min({c.depth, deepest - crushed, limit}), c.lift.dot(normal)});
+    springs_.push_back({stiffness * c.area, std::min({c.depth, c.most, deepest - crushed, limit}), c.lift.dot(normal)});
     all += c.area;
     gains += c.area * springs_.back().gain;
   }

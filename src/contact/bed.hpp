@@ -2,7 +2,7 @@
 ///
 /// Where a block has sunk below a face of the skin, every point of that face carries the block's lower surface at the depth d below it:
 ///
-///   s = min(d, x - y)                  compression of the column; x: greatest depth of the face, y: crushed for good     [m]
+///   s = min(d, x - y)                  compression of the column; x: greatest depth around it, y: crushed for good there [m]
 ///   F = sum_c A_c k clamp(s, 0, L) g_c A_c: area across the normal, k: stiffness per area, L = p/k, p: crushing pressure [N]
 ///
 /// so that an elastic bed gives k times the volume sunk in, and a crushing one p times the area across the normal, whatever the shape. Over a step all
@@ -15,6 +15,7 @@
 /// s_c     compression of column c at the start of the step   m
 /// x_0     greatest depth at the start of the step            m
 #pragma once
+#include <limits>
 #include <vector>
 
 #include "core/types.hpp"
@@ -27,6 +28,8 @@ struct Column {
   double depth = 0;   // [m]
   Vec3 place = Vec3::Zero();   // on the face [m]
   Vec3 lift = Vec3::Zero();    // into the block across its facet, over its part along the face's normal [1]
+  int cell = 0;                // of the face's grid, where a bed crushes
+  double most = std::numeric_limits<double>::infinity();   // that it may be compressed, x - y of its cell [m]
 };
 
 /// Spring law of the columns of one part of a face over its own greatest depth x.

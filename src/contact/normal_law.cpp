@@ -2,8 +2,34 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace talus::contact {
+namespace {
+
+constexpr double least_relieved = 0.5;   // of the tangent's compliance is left at least
+
+/// s at which c takes half of the tangent's compliance [m].
+double half_relieved(double stiffness, double relief) {
+  const double root = least_relieved / (1.5 * stiffness * relief);
+  return relief > 0 ? root * root : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+double NormalLaw::whole(double x) const {
+  if (relief == 0) return x;
+  const double turn = half_relieved(stiffness, relief), end = turn - relief * stiffness * std::pow(turn, 1.5);
+  if (x >= end) return turn + (x - end) / least_relieved;
+  // s - c k s^(3/2) = x, rising and concave: Newton's steps come from below, one after another nearer
+  double s = x;
+  for (int i = 0; i < 30; ++i) {
+    const double step = (x - s + relief * stiffness * s * std::sqrt(s)) / (1 - 1.5 * relief * stiffness * std::sqrt(s));
+    s += step;
+    if (step <= 1e-15 * s) break;
+  }
+  return s;
+}
 
 double NormalLaw::force(double x) const {
   if (bed) return bed->force(x);
@@ -11,7 +37,7 @@ double NormalLaw::force(double x) const {
   if (x <= 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: break;
-    case ContactLaw::Kind::hertz: return stiffness * x * std::sqrt(x);
+    case ContactLaw::Kind::hertz: return stiffness * std::pow(whole(x), 1.5);
     case ContactLaw::Kind::crushing: return std::clamp(stiffness * (x - crushed), 0.0, limit);
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
@@ -29,7 +55,10 @@ double NormalLaw::slope(double x) const {
   if (x < 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: break;
-    case ContactLaw::Kind::hertz: return 1.5 * stiffness * std::sqrt(x);
+    case ContactLaw::Kind::hertz: {
+      const double tangent = 1.5 * stiffness * std::sqrt(whole(x));
+      return tangent / std::max(1 - relief * tangent, least_relieved);
+    }
     case ContactLaw::Kind::crushing: return x >= crushed && stiffness * (x - crushed) < limit ? stiffness : 0;
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
@@ -46,7 +75,11 @@ double NormalLaw::work(double x) const {
   if (x <= 0) return 0;
   switch (law->kind) {
     case ContactLaw::Kind::linear: return (0.5 * stiffness + 0.25 * growth * x * x) * x * x;
-    case ContactLaw::Kind::hertz: return 0.4 * stiffness * x * x * std::sqrt(x);
+    case ContactLaw::Kind::hertz: {
+      // int F dx with dx = ds - c dF up to where c takes half of the tangent, dx = ds / 2 from there
+      const double s = whole(x), turn = std::min(s, half_relieved(stiffness, relief)), f = stiffness * std::pow(turn, 1.5);
+      return 0.4 * f * turn - 0.5 * relief * f * f + least_relieved * 0.4 * stiffness * (std::pow(s, 2.5) - std::pow(turn, 2.5));
+    }
     case ContactLaw::Kind::crushing: {
       const double yield = crushed + limit / stiffness;
       return stored(x) + limit * std::max(0.0, x - yield);

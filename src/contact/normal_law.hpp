@@ -2,7 +2,8 @@
 ///
 ///   linear     F = k x (below 0 as well: a row cuts it, p >= 0)         k of the contact point                      [N/m]
 ///              F = k x + g x^3 at a corner whose area grows as it sinks  g: [N/m^3], nil elsewhere
-///   hertz      F = k x^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
+///   hertz      F = k s^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
+///              s = x + c F: c is what the cell touched gives on its own, which Hertz's law holds already; at a fixed surface 0 [m/N]
 ///   crushing   F = min(k (x - y), p A)                                  y: crushed for good, p: pressure, A: area
 ///   table      F linear between the points, the last slope beyond them
 ///   bed        the sum over the columns below a block (contact/bed.hpp), linear or crushing
@@ -23,6 +24,7 @@ struct NormalLaw {
   double growth = 0;      // linear: g [N/m^3]
   double limit = 0;       // crushing: p A [N]
   double crushed = 0;     // crushing: y [m]
+  double relief = 0;      // hertz: c [m/N]
   std::shared_ptr<const Bed> bed;   // at a structure's skin: springs per area, and what crushes; x is its greatest depth
 
   double force(double x) const;   // [N]
@@ -38,6 +40,9 @@ struct NormalLaw {
   double mean_force(double x0, double x1, double& derivative) const;
   /// The same with no force below 0 for the linear law too, and x0 on the way that led to the present place: the work of a contact that opens or closes within the step is its own.
   double secant(double x0, double x1, double& derivative) const;
+
+ private:
+  double whole(double x) const;   // hertz: s [m]
 };
 
 }  // namespace talus::contact

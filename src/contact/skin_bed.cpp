@@ -14,6 +14,7 @@ namespace {
 
 constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
 constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
+constexpr double aside = 0.005;         // of the force along the skin's normal, across it, up to which it counts as none
 constexpr double steep = 0.02;          // facets of the block steeper than this against the normal show no area
 
 using Polygon = std::vector<Vec3>;      // (u, v, depth) in the face's axes
@@ -59,9 +60,13 @@ double fan_area(const Polygon& p, std::size_t i) {
   return 0.5 * std::abs(a.x() * b.y() - a.y() * b.x());
 }
 
+/// On which side of the line from a to b, seen from above; > 0: left.
+double side_of(const Vec3& a, const Vec3& b, const Vec3& x) { return (b.x() - a.x()) * (x.y() - a.y()) - (b.y() - a.y()) * (x.x() - a.x()); }
+
 /// A plane piece of the block's lower surface over one face.
 struct Piece {
   std::size_t face;
+  int cell;
   Polygon polygon;
   Vec3 lift;
   bool sunk;
@@ -72,9 +77,16 @@ struct Direction {
   Vec3 normal;
   double area = 0, volume = 0;       // sunk in
   Vec3 moment = Vec3::Zero();
+  Vec3 push = Vec3::Zero();          // pressure over the block's facets, over the stiffness per area [m^3]
   double near_area = 0;              // above, within reach
   Vec3 near_moment = Vec3::Zero();
   double mean_depth() const { return area > 0 ? volume / area : 0; }
+  /// Facets that end below the skin, at a side too steep to carry a column: what they push aside does not cancel, and without it a motion along the skin would
+  /// give columns free for nothing.
+  bool sideways() const {
+    const double along = normal.dot(push);
+    return (push - along * normal).norm() > aside * along;
+  }
   Vec3 middle() const { return area > 0 ? Vec3(moment / area) : Vec3(near_moment / near_area); }
 };
 
@@ -103,7 +115,7 @@ class BedFinder {
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !across(d)) divide(std::span(pieces_).subspan(i, last - i), d, out);
+      if (d.area + d.near_area > 0 && !across(d)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
     }
     std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
@@ -133,23 +145,46 @@ class BedFinder {
       const Vec3& facet = normal_[static_cast<std::size_t>(block_.triangle_face[k])];
       lift_ = facet / facet.dot(face.normal);
       polygon_.assign({a, b, c});
-      for (int side = 0; side < 4 && !polygon_.empty(); ++side) {
-        const Vec3 &from = face.corner[side], edge = face.corner[(side + 1) % 4] - from;
-        keep(polygon_, next_, [&](const Vec3& x) { return edge.x() * (x.y() - from.y()) - edge.y() * (x.x() - from.x()); });
-      }
+      for (int side = 0; side < 4 && !polygon_.empty(); ++side)
+        keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
       if (polygon_.size() < 3) continue;
-      slice(f, -reach_, 0);
-      slice(f, 0, yield_);
-      if (std::isfinite(yield_)) slice(f, yield_, INFINITY);
+      if (std::isfinite(yield_)) cut_cells(f);
+      else slices(f, 0);
     }
   }
 
+  /// The polygon cut along the face's grid.
+  void cut_cells(std::size_t f) {
+    const auto& corner = faces_[f].corner;
+    const auto between = [](const Vec3& a, const Vec3& b, int i) { return Vec3(a + (b - a) * (static_cast<double>(i) / crater_cells)); };
+    whole_ = polygon_;
+    for (int i = 0; i < crater_cells; ++i) {
+      polygon_ = whole_;
+      keep(polygon_, next_, [&](const Vec3& x) { return -side_of(between(corner[0], corner[1], i), between(corner[3], corner[2], i), x); });
+      keep(polygon_, next_, [&](const Vec3& x) { return side_of(between(corner[0], corner[1], i + 1), between(corner[3], corner[2], i + 1), x); });
+      if (polygon_.size() < 3) continue;
+      strip_ = polygon_;
+      for (int k = 0; k < crater_cells; ++k) {
+        polygon_ = strip_;
+        keep(polygon_, next_, [&](const Vec3& x) { return side_of(between(corner[0], corner[3], k), between(corner[1], corner[2], k), x); });
+        keep(polygon_, next_, [&](const Vec3& x) { return -side_of(between(corner[0], corner[3], k + 1), between(corner[1], corner[2], k + 1), x); });
+        if (polygon_.size() >= 3) slices(f, crater_cells * i + k);
+      }
+    }
+  }
+
+  void slices(std::size_t face, int cell) {
+    slice(face, cell, -reach_, 0);
+    slice(face, cell, 0, yield_);
+    if (std::isfinite(yield_)) slice(face, cell, yield_, INFINITY);
+  }
+
   /// Adds what of the polygon lies between two depths: within a piece the force per area is linear.
-  void slice(std::size_t face, double from, double to) {
+  void slice(std::size_t face, int cell, double from, double to) {
     part_ = polygon_;
     keep(part_, next_, [&](const Vec3& x) { return x.z() - from; });
     if (std::isfinite(to)) keep(part_, next_, [&](const Vec3& x) { return to - x.z(); });
-    if (part_.size() >= 3) pieces_.push_back({face, part_, lift_, from >= 0});
+    if (part_.size() >= 3) pieces_.push_back({face, cell, part_, lift_, from >= 0});
   }
 
   void measure() {
@@ -170,7 +205,9 @@ class BedFinder {
         const Vec3 centre = (p.polygon[0] + p.polygon[i] + p.polygon[i + 1]) / 3;
         (p.sunk ? d.area : d.near_area) += area;
         (p.sunk ? d.moment : d.near_moment) += area * face.place(centre);
-        if (p.sunk) d.volume += area * centre.z();
+        if (!p.sunk) continue;
+        d.volume += area * centre.z();
+        d.push += area * std::min(centre.z(), yield_) * p.lift;
       }
     }
   }
@@ -186,7 +223,7 @@ class BedFinder {
   }
 
   /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
-  void divide(std::span<const Piece> pieces, const Direction& d, std::vector<Footprint>& out) {
+  void divide(std::span<const Piece> pieces, const Direction& d, bool edge, std::vector<Footprint>& out) {
     const Face& face = faces_[pieces.front().face];
     // Two directions that depend on the normal alone.
     int least = 0;
@@ -210,24 +247,29 @@ class BedFinder {
         part_ = p.polygon;
         for (int k = 0; k < 2; ++k)
           if (!whole[k]) keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
-        if (part_.size() >= 3) add(face, sector, part_, p.lift, out);
+        if (part_.size() >= 3) add(face, sector, edge, p, out);
       }
     }
   }
 
-  void add(const Face& face, int sector, const Polygon& polygon, const Vec3& lift, std::vector<Footprint>& out) const {
+  /// What of a piece is left in `part_`.
+  void add(const Face& face, int sector, bool edge, const Piece& piece, std::vector<Footprint>& out) const {
+    const Polygon& polygon = part_;
     auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
-        out.push_back({face.first, sector, face.normal, edge_, -std::numeric_limits<double>::infinity(), {}});
+        out.push_back({face.first, sector, face.normal, edge, -std::numeric_limits<double>::infinity(), {}, {}});
         part = out.rbegin();
+        part->deepest_in.fill(part->deepest);
       }
-      part->deepest = std::max({part->deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
+      double& deepest = part->deepest_in[static_cast<std::size_t>(piece.cell)];
+      deepest = std::max({deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
+      part->deepest = std::max(part->deepest, deepest);
       for (const auto& [a, b, c] : {std::array{std::size_t{0}, i, i + 1}, {i, i + 1, std::size_t{0}}, {i + 1, std::size_t{0}, i}}) {   // exact for squares of the depth
         const Vec3 x = (4 * polygon[a] + polygon[b] + polygon[c]) / 6;
-        part->columns.push_back({area / 3, x.z(), face.place(x), lift});
+        part->columns.push_back({area / 3, x.z(), face.place(x), piece.lift, piece.cell});
       }
     }
   }
@@ -241,7 +283,7 @@ class BedFinder {
   std::vector<Piece> pieces_;
   std::vector<Direction> directions_;
   std::vector<std::size_t> direction_;   // per face
-  Polygon polygon_, part_, next_;
+  Polygon polygon_, part_, next_, whole_, strip_;
   Vec3 lift_;
 };
 

@@ -2,8 +2,10 @@
 /// normal, clipped by the face. Areas across the normal, depths and their first and second moments are exact for plane facets.
 ///
 /// A face's share is cut in up to four parts by two lines through the middle of all that has sunk in along nearly the same normal (within 25 degrees), so
-/// that a block smaller than a face rests on four places, too.
+/// that a block smaller than a face rests on four places, too. Where a bed crushes, faces are cut into cells as well: each remembers how deep it was crushed, so that
+/// what a turning block leaves on one side does not press while it goes on sinking on the other.
 #pragma once
+#include <array>
 #include <limits>
 
 #include "contact/bed.hpp"
@@ -11,17 +13,20 @@
 
 namespace talus::contact {
 
+constexpr int crater_cells = 4;   // along each side of a face that crushes
+
 struct Footprint {
   int triangle = 0;  // of the skin's face, the first of its four
   int sector = 0;    // 0 to 3, by the signs across the two lines
   Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
   bool edge = false;   // the block lies in faces of another direction, too
   double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]
+  std::array<double, crater_cells * crater_cells> deepest_in{};   // of each cell of the face within the part, minus infinity: none [m]
   std::vector<Column> columns;
 };
 
 /// Appends the parts of block B with columns deeper than -reach, ordered by face and sector. `yield`: depth at which a column crushes, where pieces are cut so
-/// that the force is exact [m].
+/// that the force is exact, infinite: never, and no cells [m].
 void skin_bed(const SurfaceIndex& index, const Polyhedron& B, const Pose& pose_b, double reach, double yield, std::vector<Footprint>& out);
 
 /// The triangle of the quadrilateral whose first one is given that a point of it lies on, and that point moved onto it.

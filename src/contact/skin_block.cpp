@@ -135,7 +135,7 @@ class Finder {
   /// Vertices of the block over faces of the skin that they face: the nearest one, and others of another direction that are as near
   /// (inner corners). Not vertices of a face that lies flat on the skin.
   void add_vertices(const std::vector<Patch>& patches, std::vector<ContactPoint>& out) {
-    struct Candidate { int triangle; double gap; };
+    struct Candidate { int triangle; double gap; bool beside; };
     std::vector<Candidate> found;
     for (std::size_t v = 0; v < x_.size(); ++v) {
       const int first = block_.vertex_edge_offset[v], last = block_.vertex_edge_offset[v + 1];
@@ -151,15 +151,19 @@ class Finder {
       if (flat || first == last || !(outward.norm() > 1e-6)) continue;
       outward.normalize();
       found.clear();
+      double before = std::numeric_limits<double>::infinity();   // how far it lies before a face
       for (const int t : near_) {
         const Vec3& n = s_.normal[static_cast<std::size_t>(t)];
-        if (n.dot(outward) > facing) continue;
         const double gap = n.dot(x_[v] - s_.surface.vertices[static_cast<std::size_t>(s_.surface.triangles[static_cast<std::size_t>(t)][0])]);
-        if (gap > margin_ || gap < -deepest_) continue;
+        const bool faces = n.dot(outward) <= facing && gap <= margin_ && gap >= -deepest_;
+        if (!faces && !(gap > 0 && gap < std::min(before, deepest_))) continue;
+        const double within = barycentric(t, x_[v]).minCoeff();
+        if (gap > 0 && within >= -1e-9) before = std::min(before, gap);
         // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as much as it is deep.
-        if (barycentric(t, x_[v]).minCoeff() < -1e-9 - 0.2 * std::max(0.0, -gap) / size(t)) continue;
-        found.push_back({t, gap});
+        if (faces && within >= -1e-9 - 0.2 * std::max(0.0, -gap) / size(t)) found.push_back({t, gap, within < -1e-9});
       }
+      // One before a face next to it is not inside, though it lies lower than another.
+      std::erase_if(found, [&](const Candidate& q) { return q.beside && before < -q.gap; });
       std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return std::abs(a.gap) < std::abs(b.gap); });
       std::vector<Vec3> taken;
       for (const Candidate& q : found) {

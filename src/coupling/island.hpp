@@ -128,6 +128,9 @@ class IslandStepper {
   void choose_springs(double h, bool lumped);
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
+  // island_leapfrog.cpp
+  void to_half_steps(double h);
+  void to_full_steps(double h);
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
@@ -163,6 +166,7 @@ class IslandStepper {
   double project(double h);
   void book(double h);
   double internal_energy(int block) const;
+  double freed_shear(const Touch& touch) const;
   void collect_node_impulses();
   void commit(double t_end, double h);
   void save();

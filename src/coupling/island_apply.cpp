@@ -109,7 +109,7 @@ void IslandStepper::apply(double h) {
       state_.c[k] += d.head<3>();
       if (onset) state_.c[k] += 0.5 * h * h * model_.gravity;   // of free flow's own parabola only the velocity counts
       if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
-      if (b.ndof == 12) state_.eps[k] += d.tail<6>();
+      if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
     }
     // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
     if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));

@@ -106,7 +106,9 @@ void IslandStepper::book(double h) {
     const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
     pending_.damping_work += crushed;
     // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
-    const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed);
+    const double freed = freed_shear(t);
+    pending_.friction_work += freed;
+    const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed + freed);
     (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
     if (t.dashpot > 0 && leapfrog(t)) onset += std::max(0.0, lost);
   }
@@ -160,6 +162,15 @@ void IslandStepper::book(double h) {
   const double overcounted = std::clamp(-pending_.algorithmic, 0.0, std::max(onset, 0.0));
   pending_.damping_work -= overcounted;
   pending_.algorithmic += overcounted;
+}
+
+/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips away.
+double IslandStepper::freed_shear(const Touch& t) const {
+  if (!t.normal_law.bed) return 0;
+  const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
+  const auto last = std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key), [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return std::pair(m.partner, m.feature) < key; });
+  if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key || last->stiffness <= t.stiffness) return 0;
+  return std::max(0.0, last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
 double IslandStepper::internal_energy(int block) const {

@@ -68,7 +68,6 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
   }
-  reopen_crater(memory, list);
   if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
 }
 
@@ -94,10 +93,11 @@ void IslandStepper::commit(double t_end, double h) {
   for (auto* memory : memories) {
     for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
     std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
-    for (ContactMemory& m : *memory)
-      if (is_crater(m)) m.force = m.shear = Vec3::Zero(), m.normal_energy = m.shear_energy = m.stiffness = m.indentation = 0;
   }
-  for (const Body& b : bodies_) shrink_births(b.block);
+  for (const Body& b : bodies_) {
+    keep_craters(touches_, b.block, history_[static_cast<std::size_t>(b.block)]);
+    shrink_births(b.block);
+  }
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;

@@ -148,7 +148,9 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
   // An open touch acts where it will close: each side at its own point. One as good as closed does not: several that stick would
   // contradict each other.
-  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap();
+  // In an island with a structure both sides act at one point in any case, so that friction over a gap makes no moment.
+  const bool beside_structure = !condensed_ && !island_->structures.empty();
+  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap() && !beside_structure;
   Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
@@ -166,10 +168,11 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   contact::ProblemContact c;
   c.first_term = static_cast<int>(problem_.terms.size());
   Vec3 u_ref = Vec3::Zero();   // J v_ref
+  // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
+  const bool from_start = (with_structure && !condensed_) || (beside_structure && (t.mode == Mode::end || t.mode == Mode::closed));
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     const int offset = static_cast<int>(problem_.jacobians.size());
-    // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
-    push_jacobian(problem_.jacobians, t.frame, p - (with_structure && !condensed_ ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
+    push_jacobian(problem_.jacobians, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
                   b.half_turn * b.rotation0, b.ndof, sign);
     problem_.terms.push_back({static_cast<int>(&b - bodies_.data()), offset});
     u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + offset, 3, b.ndof) *
@@ -206,7 +209,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   }
   switch (t.mode) {
     case Mode::closed:
-      t.theta = 0.5;
+      t.theta = beside_structure ? 1 : 0.5;
       c.bias = u_end - u_ref;
       // A small opening left by the drift may close gently; a crossing is projected, never pushed.
       if (t.at.gap > 1e-10 * length_) c.bias[0] += 0.5 * t.at.gap / h;

@@ -110,6 +110,7 @@ bool IslandStepper::solve(double h, Effort effort) {
 IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
   Outcome out;
   choose_springs(h, lumped);
+  to_half_steps(h);
   begin_step(h, false);
   pending_ = Ledger{};
   // Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however long the step.
@@ -166,6 +167,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     }
   }
   if (!island_->structures.empty()) collect_node_impulses();
+  to_full_steps(h);
   book(h);
   out.ok = true;
   return out;

@@ -128,7 +128,7 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_) b.end_rule = false;
+  for (Body& b : bodies_) b.end_rule = b.leapfrog = false;
   const auto body_of = [&](int block) -> Body* {
     const int l = local_[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
@@ -137,6 +137,7 @@ void IslandStepper::choose_springs(double h, bool lumped) {
   bool any_end = false;
   for (Touch& t : touches_) {
     t.spring = Mode::idle;
+    if (leapfrog(t) && t.b >= 0) body_of(t.b)->leapfrog = true;
     if (t.stiffness == 0) continue;
     if (leapfrog(t)) {
       // The step before counts, too: the leapfrog's force lies between both.

@@ -126,37 +126,6 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
   return static_cast<int>(model_.blocks.size()) - 1;
 }
 
-void CoupledSystem::settle_newborn(int first) {
-  const int n = static_cast<int>(model_.blocks.size());
-  std::vector<Box3> boxes;
-  for (int i = 0; i < n; ++i) boxes.push_back(contact::bounds(*model_.blocks[static_cast<std::size_t>(i)].shape, dda::pose(state_.blocks, i), 0));
-  std::vector<std::pair<int, int>> pairs;
-  contact::overlapping_pairs(boxes, pairs);
-  std::vector<CandidatePair> candidates;
-  for (const auto& [i, j] : pairs)
-    if (j >= first) candidates.push_back({{Partner::Kind::block, i}, j});
-  for (int i = first; i < n; ++i) {
-    for (std::size_t q = 0; q < env_.planes.size(); ++q) candidates.push_back({{Partner::Kind::plane, static_cast<int>(q)}, i});
-    if (env_.terrain) candidates.push_back({{Partner::Kind::terrain, 0}, i});
-    for (std::size_t q = 0; q < env_.structures.size(); ++q) candidates.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
-  }
-  std::vector<Touch> touches;
-  for (const CandidatePair& pair : candidates) {
-    touches.clear();
-    find_touches(model_, state_.blocks, env_, pair, 0, state_.contacts, touches);
-    double deepest = 0;
-    for (const Touch& t : touches) deepest = std::max(deepest, t.offset - t.at.gap);
-    if (!(deepest > 0)) continue;
-    ContactMemory memory;
-    memory.partner = pair.a.id();
-    memory.feature = born_inside;
-    memory.indentation = deepest;
-    auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
-    list.push_back(memory);
-    std::sort(list.begin(), list.end(), [](const ContactMemory& a, const ContactMemory& b) { return std::pair(a.partner, a.feature) < std::pair(b.partner, b.feature); });
-  }
-}
-
 /// How far each structure's skin may move, and which of them may meet.
 void CoupledSystem::pair_structures(double duration, Plan& p) const {
   p.structure_reach.assign(env_.structures.size(), 0.0);

@@ -292,8 +292,10 @@ void keep_stiffness(Touch& t, const ContactMemory& last) {
   if (t.law->stiffness == ContactLaw::Stiffness::per_area && last.growth == 0) t.shear_stiffness *= grown;
 }
 
-/// Takes a compliance that the touched cell has of its own off a linear spring, at most half of the spring's.
+/// Takes a compliance that the touched cell has of its own off a linear or Hertz's spring, at most half of the spring's.
 void relieve(Touch& t, double compliance) {
+  if (t.law->kind == ContactLaw::Kind::hertz) t.normal_law.relief = compliance;
+  if (t.law->kind != ContactLaw::Kind::linear) return;
   t.stiffness /= 1 - std::min(compliance * t.stiffness, 0.5);
   t.normal_law.stiffness = t.stiffness;
 }
@@ -374,8 +376,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin) keep_stiffness(t, *last);
-    if (pair.a.kind == Partner::Kind::structure && t.law->kind == ContactLaw::Kind::linear && t.stiffness > 0 && p.area == 0)
-      relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
+    if (pair.a.kind == Partner::Kind::structure && t.stiffness > 0 && p.area == 0) relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
     out.push_back(t);
     last_of.push_back(last);
   }

@@ -30,6 +30,12 @@ struct Partner {
 
 enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end, spring_secant };
 
+/// How deep a cell of a structure's face was crushed by a block.
+struct Crater {
+  std::uint64_t cell = 0;   // ContactMemory::feature
+  double depth = 0;         // [m]
+};
+
 struct Touch {
   Partner a;
   int b = 0;                     // block, -1: a node of structure `b_structure`
@@ -50,6 +56,7 @@ struct Touch {
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
   double stored = 0;             // energy of its springs at the start, as the ledger counts it [J]
   double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
+  std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
   bool broken = false;
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step

@@ -10,11 +10,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10;   // in the upper bits of the key
-constexpr double late = 1.5;   // times as compressed as the pair was: what a face may have that has just been reached
-
-std::uint64_t face_of(std::uint64_t feature) { return feature >> 2; }
-bool of_bed(const ContactMemory& m) { return m.feature >> 60 == elastic_kind || m.feature >> 60 == crushing_kind; }
+constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10, crater_kind = 11;   // in the upper bits of the key
 
 /// Names a face by its nodes, which it keeps when others break out beside it; 58 bits.
 std::uint64_t name_of(const TriangleSurface& skin, int first) {
@@ -35,7 +31,7 @@ struct Resultant {
   Vec3 normal, point;   // the point: where its line of action meets the face
 };
 
-Resultant resultant(const contact::Footprint& part, double most, double limit) {
+Resultant resultant(const contact::Footprint& part, double limit) {
   Vec3 lift = Vec3::Zero(), moment = Vec3::Zero();
   double depth = 0, force = 0;
   const auto sum = [&](const auto& pressure) {
@@ -44,7 +40,7 @@ Resultant resultant(const contact::Footprint& part, double most, double limit) {
       force += f, depth += f * c.depth, moment += f * c.place, lift += f * c.lift;
     }
   };
-  sum([&](const contact::Column& c) { return std::clamp(std::min(c.depth, most), 0.0, limit); });
+  sum([&](const contact::Column& c) { return std::clamp(std::min(c.depth, c.most), 0.0, limit); });
   if (!(force > 0)) sum([](const contact::Column&) { return 1.0; });
   Resultant r{part.normal, moment / force};
   if (!part.edge) return r;
@@ -54,25 +50,94 @@ Resultant resultant(const contact::Footprint& part, double most, double limit) {
   return r;
 }
 
-/// What a pair remembers of one face.
-struct Past {
-  const ContactMemory* same = nullptr;   // this very part
-  bool face = false;                     // some part of this face
-  double crushed = 0;
-  double compressed = 0;                 // most of all its faces
+bool before(const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return m.partner != key.first ? m.partner < key.first : m.feature < key.second; }
+
+/// The memories of a partner whose features are `first` and the `count` - 1 after it.
+std::span<const ContactMemory> recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t first, std::uint64_t count) {
+  const auto from = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, first), before);
+  auto to = from;
+  while (to != memory.end() && to->partner == partner && to->feature - first < count) ++to;
+  return {from, to};
+}
+
+/// One face of the skin with all its parts.
+struct FaceBed {
+  std::span<contact::Footprint> parts;
+  std::uint64_t rows, cells;   // their first features
+  double deepest = -std::numeric_limits<double>::infinity(), sunk = 0;
+  double crushed = 0;          // an elastic bed's: it lies unloaded down to there [m]
+  std::vector<Crater> craters;
 };
 
-Past recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t feature) {
-  Past past;
-  for (const ContactMemory& m : memory) {
-    if (m.partner != partner || !of_bed(m)) continue;
-    past.compressed = std::max(past.compressed, m.indentation - m.crushed);
-    if (face_of(m.feature) != face_of(feature)) continue;
-    past.face = true;
-    past.crushed = std::max(past.crushed, m.crushed);
-    if (m.feature == feature) past.same = &m;
+FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> parts, bool crushes) {
+  const std::uint64_t name = name_of(skin, parts.front().triangle);
+  FaceBed face{parts, ((crushes ? crushing_kind : elastic_kind) << 60) | (name << 2), (crater_kind << 60) | (name >> 2 << 4)};
+  for (const contact::Footprint& part : parts) {
+    face.deepest = std::max(face.deepest, part.deepest);
+    for (const contact::Column& c : part.columns) face.sunk += c.depth > 0 ? c.area : 0.0;
   }
-  return past;
+  return face;
+}
+
+/// How far the columns may be compressed by what the pair remembers of the face. `reach`: way of the block in a step; `limit`: compression at which they crush.
+void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double edge, double limit) {
+  const auto rows = recall(memory, partner, face.rows, 4), cells = recall(memory, partner, face.cells, contact::crater_cells * contact::crater_cells);
+  const bool late = rows.empty() && cells.empty() && face.deepest > reach && face.sunk > 2 * reach * edge;
+  if (std::isinf(limit)) {
+    if (late) face.crushed = face.deepest;
+    for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed);
+    for (contact::Footprint& part : face.parts)
+      for (contact::Column& c : part.columns) c.most = face.deepest - face.crushed;
+    return;
+  }
+  std::array<double, contact::crater_cells * contact::crater_cells> deepest, floor;
+  deepest.fill(-std::numeric_limits<double>::infinity());
+  floor.fill(0);
+  for (const contact::Footprint& part : face.parts)
+    for (std::size_t i = 0; i < deepest.size(); ++i) deepest[i] = std::max(deepest[i], part.deepest_in[i]);
+  for (const ContactMemory& m : cells) floor[m.feature - face.cells] = m.crushed;
+  for (std::size_t i = 0; i < deepest.size(); ++i) {
+    floor[i] = std::max(floor[i], deepest[i] - (late ? 0.0 : limit));
+    if (floor[i] > 0 && deepest[i] > 0) face.craters.push_back({face.cells + i, floor[i]});
+  }
+  for (contact::Footprint& part : face.parts)
+    for (contact::Column& c : part.columns) c.most = deepest[static_cast<std::size_t>(c.cell)] - floor[static_cast<std::size_t>(c.cell)];
+}
+
+/// The touch of one part of a face as it would be if it were new.
+Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const ContactLaw& law, const FaceBed& face, const contact::Footprint& part, double limit) {
+  Touch t;
+  t.a = pair.a;
+  t.b = pair.b;
+  t.law = &law;
+  t.at.key = face.rows | static_cast<std::uint64_t>(part.sector);
+  double sunk = 0, all = 0;
+  for (const contact::Column& c : part.columns) {
+    all += c.area;
+    if (c.depth > 0) sunk += c.area;
+  }
+  const Resultant r = resultant(part, limit);
+  t.at.normal = r.normal;
+  t.at.point_a = r.point;
+  t.normal_law.law = &law;
+  t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, r.normal, part.deepest, law.normal_stiffness, limit, face.deepest, face.crushed);
+  t.at.gap = -part.deepest;
+  t.at.area = sunk > 0 ? sunk : all;
+  t.stiffness = t.normal_law.stiffness = law.normal_stiffness * t.at.area;
+  t.normal_law.limit = law.crushing_pressure * t.at.area;
+  t.shear_stiffness = law.shear_stiffness * t.at.area;
+  t.at.face_a = contact::triangle_of_face(skin, part.triangle, t.at.point_a);
+  t.at.point_b = t.at.point_a + t.at.gap * t.at.normal;
+  return t;
+}
+
+void go_on_from(const ContactMemory& last, Touch& t) {
+  t.warm = last.force;
+  t.shear = last.shear - t.at.normal * t.at.normal.dot(last.shear);
+  if (last.stiffness < t.stiffness) t.shear *= last.stiffness / t.stiffness;   // columns that join are not sheared
+  t.stored = last.normal_energy + last.shear_energy;
+  t.broken = last.broken;
+  t.persistent = !last.force.isZero(0);
 }
 
 }  // namespace
@@ -81,11 +146,26 @@ bool is_bed(const ContactLaw& law) {
   return law.stiffness == ContactLaw::Stiffness::per_area && (law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::crushing);
 }
 
-bool is_crater(const ContactMemory& m) { return m.feature >> 60 == crushing_kind && m.crushed > 0; }
+bool is_crater(const ContactMemory& m) { return m.feature >> 60 == crater_kind; }
 
-void reopen_crater(const ContactMemory& now, std::vector<ContactMemory>& list) {
-  if (!of_bed(now)) return;
-  std::erase_if(list, [&](const ContactMemory& m) { return m.stiffness == 0 && m.partner == now.partner && is_crater(m) && face_of(m.feature) == face_of(now.feature); });
+void keep_craters(std::span<const Touch> touches, int block, std::vector<ContactMemory>& list) {
+  const std::size_t known = list.size();
+  for (const Touch& t : touches) {
+    if (t.b != block) continue;
+    for (const Crater& crater : t.craters) {
+      const auto end = list.begin() + static_cast<std::ptrdiff_t>(known);
+      const auto found = std::lower_bound(list.begin(), end, std::pair(t.a.id(), crater.cell), before);
+      if (found != end && found->partner == t.a.id() && found->feature == crater.cell) {
+        found->crushed = std::max(found->crushed, crater.depth);
+        continue;
+      }
+      ContactMemory memory;
+      memory.partner = t.a.id();
+      memory.feature = crater.cell;
+      memory.crushed = crater.depth;
+      list.push_back(memory);
+    }
+  }
 }
 
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
@@ -95,47 +175,18 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
   const bool crushes = law.kind == ContactLaw::Kind::crushing;
   const double limit = crushes ? law.crushing_pressure / law.normal_stiffness : std::numeric_limits<double>::infinity();
   contact::skin_bed(index, shape, pose, margin, limit, parts);
-  double face_deepest = 0;
-  for (std::size_t i = 0; i < parts.size(); ++i) {
-    const contact::Footprint& part = parts[i];
-    if (i == 0 || parts[i - 1].triangle != part.triangle) {
-      face_deepest = -std::numeric_limits<double>::infinity();
-      for (std::size_t k = i; k < parts.size() && parts[k].triangle == part.triangle; ++k) face_deepest = std::max(face_deepest, parts[k].deepest);
+  for (std::size_t i = 0, last; i < parts.size(); i = last) {
+    last = i + 1;
+    while (last < parts.size() && parts[last].triangle == parts[i].triangle) ++last;
+    FaceBed face = face_bed(skin, std::span(parts).subspan(i, last - i), crushes);
+    set_floor(face, memory, pair.a.id(), margin, face_edge(skin, parts[i].triangle), limit);
+    for (const contact::Footprint& part : face.parts) {
+      Touch t = part_touch(skin, pair, law, face, part, limit);
+      const auto past = recall(memory, pair.a.id(), t.at.key, 1);
+      if (!past.empty()) go_on_from(past.front(), t);
+      if (&part == &face.parts.front()) t.craters = face.craters;
+      out.push_back(std::move(t));
     }
-    Touch t;
-    t.a = pair.a;
-    t.b = pair.b;
-    t.law = &law;
-    t.at.key = ((crushes ? crushing_kind : elastic_kind) << 60) | (name_of(skin, part.triangle) << 2) | static_cast<std::uint64_t>(part.sector);
-    double sunk = 0, all = 0;
-    for (const contact::Column& c : part.columns) {
-      all += c.area;
-      if (c.depth > 0) sunk += c.area;
-    }
-    const Past past = recall(memory, pair.a.id(), t.at.key);
-    double crushed = past.crushed;
-    if (!past.face) crushed = std::max(0.0, face_deepest - late * past.compressed - margin);
-    t.normal_law.law = &law;
-    const Resultant r = resultant(part, face_deepest - crushed, limit);
-    t.at.normal = r.normal;
-    t.at.point_a = r.point;
-    t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, r.normal, part.deepest, law.normal_stiffness, limit, face_deepest, crushed);
-    t.at.gap = -part.deepest;
-    t.at.area = sunk > 0 ? sunk : all;
-    t.stiffness = t.normal_law.stiffness = law.normal_stiffness * t.at.area;
-    t.normal_law.limit = law.crushing_pressure * t.at.area;
-    t.shear_stiffness = law.shear_stiffness * t.at.area;
-    t.at.face_a = contact::triangle_of_face(skin, part.triangle, t.at.point_a);
-    t.at.point_b = t.at.point_a + t.at.gap * t.at.normal;
-    if (const ContactMemory* last = past.same) {
-      t.warm = last->force;
-      t.shear = last->shear - t.at.normal * t.at.normal.dot(last->shear);
-      if (last->stiffness < t.stiffness) t.shear *= last->stiffness / t.stiffness;   // columns that join are not sheared
-      t.stored = last->normal_energy + last->shear_energy;
-      t.broken = last->broken;
-      t.persistent = !last->force.isZero(0);
-    }
-    out.push_back(t);
   }
 }
 

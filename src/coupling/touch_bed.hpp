@@ -1,8 +1,8 @@
 /// Springs per area at a structure's skin, elastic or crushing, as columns below the block (contact/bed.hpp): one touch for each part of a face of the skin.
 ///
 /// The energy of such a bed is a function of where the block lies, so that faces may come and go and nothing has to be carried from one to the next. What is
-/// remembered for each face of the skin is the depth down to which it was crushed for good, also after the block has left it. A
-/// face found deep inside at once starts unloaded.
+/// remembered for each cell of a face of the skin is the depth down to which it was crushed for good, also after the block has left it. A
+/// face found deep inside at once, over more than the block can have covered in a step, starts unloaded.
 #pragma once
 #include "coupling/touch.hpp"
 
@@ -11,14 +11,14 @@ namespace talus::coupling {
 /// Whether contacts of this law at a deforming skin are such a bed.
 bool is_bed(const ContactLaw& law);
 
-/// True for the memory of a face that stays crushed when the block has left it.
+/// True for the memory of a cell that stays crushed when the block has left it.
 bool is_crater(const ContactMemory& memory);
 
 /// Appends the touches of a pair; `memory` is block B's. Approach and dashpots are left to the caller.
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
               const std::vector<ContactMemory>& memory, std::vector<Touch>& out);
 
-/// Takes a crater out of `list` that a contact of the same face, `now`, has become again.
-void reopen_crater(const ContactMemory& now, std::vector<ContactMemory>& list);
+/// Deepens the craters in a block's memory, sorted by (partner, feature), by those that its touches found.
+void keep_craters(std::span<const Touch> touches, int block, std::vector<ContactMemory>& list);
 
 }  // namespace talus::coupling

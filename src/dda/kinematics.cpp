@@ -130,7 +130,7 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const auto k = static_cast<std::size_t>(i);
   const Model::Block& b = m.blocks[k];
   FreeFlow f;
-  const bool end = rule == FlowRule::implicit_end;
+  const bool end = rule == FlowRule::implicit_end, leapfrog = rule == FlowRule::leapfrog;
   f.pose.c = s.c[k] + h * s.v[k] + ((end ? 1.0 : 0.5) * h * h) * m.gravity;
   f.velocity.setZero();
   f.velocity.head<3>() = s.v[k] + h * m.gravity;
@@ -182,13 +182,14 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   rhs.segment<3>(3) = L;
   rhs.tail<6>() = mass_start.block<6, 3>(6, 3) * s.w[k] + mass_start.block<6, 6>(6, 6) * s.eps_rate[k] +
                   h * centrifugal - h * (stiffness * s.eps[k]);
-  if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
+  if (leapfrog) rhs.tail<6>() += (0.25 * h * h - 0.5 * h * b.strain_damping) * (stiffness * s.eps_rate[k]);
+  else if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
   Mat12 effective = mass;
   effective.block<6, 6>(6, 6) += dynamic;
   f.velocity = effective.llt().solve(rhs);
-  f.eps = s.eps[k] + (end ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
+  f.eps = s.eps[k] + (end || leapfrog ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
   // The frame's recoil by the rule of the strains, now that their rates at the end are known; then the spin that keeps L there.
-  const Vec3 turn = (end ? 1.0 : 0.5) * h * (recoil(mass, f.velocity.tail<6>()) - recoil_start);
+  const Vec3 turn = (end || leapfrog ? 1.0 : 0.5) * h * (recoil(mass, f.velocity.tail<6>()) - recoil_start);
   f.q = (rotation_by(turn) * f.q).normalized();
   f.rotation = f.q.toRotationMatrix();
   f.pose.F = f.rotation * (Mat3::Identity() + strain_tensor(f.eps));
@@ -197,6 +198,13 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   f.velocity.segment<3>(3) = turning * L + recoil(f.mass, f.velocity.tail<6>());
   f.spin = turning * L + recoil(f.mass, s.eps_rate[k]);
   f.mass.block<6, 6>(6, 6) += dynamic;
+  if (leapfrog) {
+    // An impulse turns the rates of full steps by A^-1 p, those of half steps by A^-1 S A^-1 p: then its work is their energy's change, whatever h.
+    const Mat6 q = 0.25 * h * h * stiffness;
+    const Eigen::Matrix<double, 3, 6> couple = f.mass.block<3, 6>(3, 6);
+    const Mat6 strains = f.mass.block<6, 6>(6, 6) - dynamic - couple.transpose() * turning * couple;
+    f.mass.block<6, 6>(6, 6) += q + q * strains.llt().solve(q);
+  }
   f.inverse = f.mass.llt().solve(Mat12::Identity());
   return f;
 }

@@ -31,8 +31,10 @@ struct FreeFlow {
 
 /// Rule of the free flow: `exact` is the parabola and the trapezoid of the strain (order 2, keeps energy); `implicit_end` takes position
 /// and strain by the velocity at the end (order 1, damps what the step does not resolve), which a force that acts by its value at the end
-/// of the step needs to leave a block at rest where it is.
-enum class FlowRule { exact, implicit_end };
+/// of the step needs to leave a block at rest where it is. `leapfrog` takes strain rates as those of half steps, what blocks at a structure that is
+/// stepped so need: A (epsdot_+ - epsdot_-) = -h K eps_n, eps_np = eps_n + h epsdot_+; the work of an impulse at n is then its product with the mean of both
+/// rates for any step (Newmark's rule with beta = 1/4, stable).
+enum class FlowRule { exact, implicit_end, leapfrog };
 FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact);
 
 /// Mass and inverse for an impulse of no duration: M alone, strain rows decoupled and locked if `frozen_strain`.

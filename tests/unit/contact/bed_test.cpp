@@ -1,8 +1,10 @@
-// Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts.
+// Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts; Hertz's law at a cell.
 #include "contact/bed.hpp"
+#include "contact/normal_law.hpp"
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 namespace talus::contact {
@@ -44,6 +46,37 @@ TEST(Bed, CraterCarriesNothingAboveItsFloor) {
   EXPECT_DOUBLE_EQ(bed.force(0.04), 0);
   EXPECT_DOUBLE_EQ(bed.force(0.049), 0);
   EXPECT_GT(bed.force(0.051), 0);
+}
+
+TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
+  std::vector<Column> c = wedge();
+  for (Column& q : c) q.most = q.depth > 0.02 ? yield : -0.003;   // the shallow ones have risen 3 mm out of what they crushed
+  const Bed bed(c, up, 0.04, k, yield, 0.04, 0);
+  EXPECT_DOUBLE_EQ(bed.force(0.04), p * 0.2);
+  EXPECT_DOUBLE_EQ(bed.force(0.042), p * 0.2);
+  EXPECT_NEAR(bed.force(0.044), p * 0.2 + k * 0.2 * 0.001, 1e-6);
+}
+
+TEST(Hertz, TakesOffWhatTheTouchedCellGivesItself) {
+  ContactLaw hertz;
+  hertz.kind = ContactLaw::Kind::hertz;
+  NormalLaw law;
+  law.law = &hertz;
+  law.stiffness = 1.6e10;
+  law.relief = 3e-9;
+  for (const double f : {0.1, 1.0, 5.0, 50.0}) {
+    const double s = std::pow(f / law.stiffness, 2.0 / 3), x = s - law.relief * f;   // the cell's own way is not the spring's
+    EXPECT_NEAR(law.force(x), f, 1e-9 * f);
+    const double d = 1e-5 * x;
+    EXPECT_NEAR(law.slope(x), (law.force(x + d) - law.force(x - d)) / (2 * d), 1e-6 * law.slope(x));
+    EXPECT_NEAR(law.force(x), (law.work(x + d) - law.work(x - d)) / (2 * d), 1e-6 * f);
+  }
+  // Far beyond, where the cell would give more than Hertz's law itself, half of the tangent is left, and force goes on being the work's derivative.
+  for (const double x : {1e-4, 1e-3}) {
+    const double d = 1e-6 * x;
+    EXPECT_NEAR(law.slope(x), (law.force(x + d) - law.force(x - d)) / (2 * d), 1e-5 * law.slope(x));
+    EXPECT_NEAR(law.force(x), (law.work(x + d) - law.work(x - d)) / (2 * d), 1e-5 * law.force(x));
+  }
 }
 
 TEST(Bed, WorkIsTheIntegralOfTheForceAlongAFacet) {

@@ -1,0 +1,58 @@
+// Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere; within the step they are those of the half steps
+// before and after, like the structure's velocities:
+//
+//   (S + h^2 K / 4) epsdot_- = S epsdot_n + h/2 K eps_n             S: mass of the strains at constant angular momentum
+//   the step (dda::FlowRule::leapfrog)                              epsdot_+
+//   S epsdot_np = (S + h^2 K / 4) epsdot_+ - h/2 K eps_np
+//
+// Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p, epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for
+// any step. With the trapezoid's strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+struct StrainDynamics {
+  Mat12 full;         // mass matrix now
+  Mat6 mass, stiffness;
+};
+
+StrainDynamics strain_dynamics(const dda::Model::Block& block, const dda::State& s, int i) {
+  StrainDynamics d;
+  d.full = dda::mass_matrix(block, dda::pose(s, i), s.rotation(i));
+  const Eigen::Matrix<double, 3, 6> couple = d.full.block<3, 6>(3, 6);
+  d.mass = d.full.block<6, 6>(6, 6) - couple.transpose() * d.full.block<3, 3>(3, 3).inverse() * couple;
+  d.stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
+  return d;
+}
+
+/// New strain rates, the angular momentum kept.
+void set_rates(dda::State& s, std::size_t k, const Mat12& mass, const Vec6& rates) {
+  s.w[k] -= mass.block<3, 3>(3, 3).inverse() * (mass.block<3, 6>(3, 6) * (rates - s.eps_rate[k]));
+  s.eps_rate[k] = rates;
+}
+
+}  // namespace
+
+void IslandStepper::to_half_steps(double h) {
+  for (Body& b : bodies_) {
+    if (!b.leapfrog || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+    const auto k = static_cast<std::size_t>(b.block);
+    b.internal0 = internal_energy(b.block);
+    const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
+    set_rates(state_, k, d.full, (d.mass + 0.25 * h * h * d.stiffness).llt().solve(d.mass * state_.eps_rate[k] + 0.5 * h * (d.stiffness * state_.eps[k])));
+  }
+  for (Touch& t : touches_)
+    if (leapfrog(t) && t.b >= 0) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+}
+
+void IslandStepper::to_full_steps(double h) {
+  for (const Body& b : bodies_) {
+    if (!b.leapfrog || b.ndof != 12) continue;
+    const auto k = static_cast<std::size_t>(b.block);
+    const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
+    set_rates(state_, k, d.full, state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) - 0.5 * h * (d.stiffness * state_.eps[k])));
+  }
+}
+
+}  // namespace talus::coupling
