@@ -164,11 +164,11 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     JsonLog& log = recorder->log();
     log.info(position ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"t", simulation.time()}});
     for (const Problem& warning : warnings) log.warning("scene", {{"text", warning.str()}});
-    for (const std::string& line : simulation.plan()) log.info("plan", {{"text", line}});
+    for (const std::string& line : simulation.header().plan) log.info("plan", {{"text", line}});
     for (const std::string& line : reports) log.info("report", {{"text", line}});
   }
   if (!position)
-    for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
+    for (const std::string& line : simulation.header().plan) fmt::print("  {}\n", line);
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 

@@ -66,7 +66,7 @@ struct FaceBed {
   std::uint64_t rows, cells;   // their first features
   double deepest = -std::numeric_limits<double>::infinity(), sunk = 0;
   double crushed = 0;          // an elastic bed's: it lies unloaded down to there [m]
-  std::vector<Crater> craters;
+  std::vector<Crater> craters{};
 };
 
 FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> parts, bool crushes) {
