@@ -152,6 +152,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     position = resume_from(directory, hash, simulation);
   }
 
+  const std::vector<std::string> plan = simulation.plan();   // by all ranks: loads on supports are sums over them
   on_signals(on_signal);   // from here on something is written
   wait_for_all();   // nobody reads any more what is written now
   const bool writes = writes_files();
@@ -164,11 +165,11 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     JsonLog& log = recorder->log();
     log.info(position ? "resume" : "start", {{"version", std::string(TALUS_VERSION)}, {"scene", scene_file}, {"t", simulation.time()}});
     for (const Problem& warning : warnings) log.warning("scene", {{"text", warning.str()}});
-    for (const std::string& line : simulation.header().plan) log.info("plan", {{"text", line}});
+    for (const std::string& line : plan) log.info("plan", {{"text", line}});
     for (const std::string& line : reports) log.info("report", {{"text", line}});
   }
   if (!position)
-    for (const std::string& line : simulation.header().plan) fmt::print("  {}\n", line);
+    for (const std::string& line : plan) fmt::print("  {}\n", line);
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
