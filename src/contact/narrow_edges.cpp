@@ -60,12 +60,7 @@ void vertex_edge(const Search& s, const Patch& E, const Patch& V, bool first, st
       if (r.dot(e.into_left) >= -s.touch || r.dot(e.into_right) >= -s.touch) continue;  // over a face, or behind
       if (n.dot(e.left + e.right) <= 0 && e.right_face >= 0) continue;
       if (falling(V, v, n) < -steep) continue;
-      ContactPoint c;
-      c.point_a = first ? foot : v.x;
-      c.point_b = first ? v.x : foot;
-      c.normal = first ? n : Vec3(-n);
-      c.gap = gap;
-      c.area = 0;
+      ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
       c.key = first ? make_key(Form::edge_vertex, e.id, v.id) : make_key(Form::vertex_edge, v.id, e.id);
       out.push_back(c);
     }

@@ -26,6 +26,17 @@ inline double falling(const Patch& p, const Patch::Vertex& v, const Vec3& n) {
   return least;
 }
 
+/// The contact of a vertex at x with `foot` on the other body, of which `first` tells whether it is A; n from it to the vertex. Its key is still to be set.
+inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, const Vec3& n, double gap) {
+  ContactPoint c;
+  c.point_a = first ? foot : x;
+  c.point_b = first ? x : foot;
+  c.normal = first ? n : Vec3(-n);
+  c.gap = gap;
+  c.area = 0;
+  return c;
+}
+
 /// True if x lies before the surface, neither behind nor on it: its nearest point tells.
 bool outside(const Patch& p, const Vec3& x, double touch);
 

@@ -121,12 +121,7 @@ struct Target {
   void emit(const Patch::Vertex& v, std::size_t start, const Patch::Triangle& t, const Vec3& n, const Vec3& foot, double gap) const {
     for (std::size_t i = start; i < out.size(); ++i)
       if ((first ? out[i].normal : Vec3(-out[i].normal)).dot(n) > 1 - 1e-12 && std::abs(out[i].gap - gap) <= 4 * s.touch) return;
-    ContactPoint c;
-    c.point_a = first ? foot : v.x;
-    c.point_b = first ? v.x : foot;
-    c.normal = first ? n : Vec3(-n);
-    c.gap = gap;
-    c.area = 0;
+    ContactPoint c = vertex_contact(first, foot, v.x, n, gap);
     c.key = first ? make_key(Form::face_vertex, t.face, v.id) : make_key(Form::vertex_face, v.id, t.face);
     c.face_a = first ? t.id : -1;
     c.face_b = first ? -1 : t.id;

@@ -127,6 +127,9 @@ struct PushDown {
   std::vector<std::array<double, 2>> curve;      // displacement [m], load [N]
 };
 
+/// A reinforcing bar from end to end, as placed [m].
+struct BarLine { Vec3 first, last; double diameter = 0; };
+
 /// A node's share of a contact impulse over a sub-step.
 struct NodeImpulse { int node; Vec3 impulse; };  // [N s]
 
@@ -186,6 +189,7 @@ class Structure {
   /// Presses every member between rigid plates, in displacement control, from the present state, which is kept; slow enough that
   /// inertia carries below 2 %. Throws InputError if there is no member.
   virtual std::vector<PushDown> push_down() const = 0;
+  virtual std::vector<BarLine> bars() const { return {}; }   // of files and rules
   virtual long dofs() const = 0;
   virtual long elements() const = 0;
   virtual std::string plan() const = 0;                   // what is computed and what is left out, one line per fact

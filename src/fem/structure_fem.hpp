@@ -98,6 +98,7 @@ class FemStructure : public Structure {
   const std::vector<Member>& members() const override { return members_; }
   std::vector<MemberState> member_states() const override;
   std::vector<PushDown> push_down() const override;
+  std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
   std::string plan() const override;

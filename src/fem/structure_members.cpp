@@ -109,4 +109,11 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
   return state;
 }
 
+std::vector<BarLine> FemStructure::bars() const {
+  std::vector<BarLine> lines;
+  if (bars_)
+    for (const rebar::Bar& bar : bars_->list()) lines.push_back({bar.points.front(), bar.points.back(), bar.diameter});
+  return lines;
+}
+
 }  // namespace talus::fem

@@ -418,7 +418,7 @@ class Builder {
       const coupling::StructurePart& part = world_->system->environment().structures[i];
       info.plan = part.structure->plan();
       if (!part.fixed_surface) info.members = part.structure->members();
-      describe_section(s.structures[i], info);
+      describe_section(s.structures[i], *part.structure, info);
       for (const scene::Block& b : s.blocks) {
         const ContactLaw::Kind kind = s.laws(b.material, s.structures[i].material).kind;
         info.cushion = info.cushion || kind == ContactLaw::Kind::crushing || kind == ContactLaw::Kind::table;

@@ -2,10 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <fstream>
-#include <map>
-#include <sstream>
 #include <string>
 #include <vector>
 
@@ -21,45 +17,22 @@ std::string form_of(const StructureSpec& spec) {
 
 double area(double diameter) { return M_PI * diameter * diameter / 4; }
 
-/// Ends of a bar in the body's axes, from the middle of the body.
-struct BarEnds {
-  Vec3 first, last;
-  double diameter = 0;
-};
-
-/// The bars of a file that the structure has taken already, so that it is known to be whole.
-std::vector<BarEnds> bars_of(const StructureSpec& spec) {
-  std::vector<BarEnds> bars;
-  std::ifstream in(spec.rebar_file);
-  std::map<std::string, std::size_t> column;
-  std::string line, name;
+/// The bars in the body's axes, from its middle.
+std::vector<BarLine> in_body(std::vector<BarLine> bars, const StructureSpec& spec) {
   const Vec3 middle = spec.position + (spec.kind == "column" ? Vec3(0.5 * spec.size.z() * spec.rotation.col(2)) : Vec3(Vec3::Zero()));
-  while (std::getline(in, line)) {
-    if (line.find_first_not_of(" \t\r") == std::string::npos || line[line.find_first_not_of(" \t")] == '#') continue;
-    std::vector<std::string> cells;
-    std::istringstream row(line);
-    for (std::string cell; std::getline(row, cell, ',');) cells.push_back(cell.substr(std::min(cell.find_first_not_of(" \t"), cell.size())));
-    if (column.empty()) {
-      for (std::size_t k = 0; k < cells.size(); ++k) column[cells[k].substr(0, cells[k].find_last_not_of(" \t\r") + 1)] = k;
-      continue;
-    }
-    const auto number = [&](const char* key) { return std::strtod(cells.at(column.at(key)).c_str(), nullptr); };
-    const Vec3 at = spec.rotation.transpose() * (Vec3(number("x"), number("y"), number("z")) - middle);
-    if (cells.at(column.at("bar")) != name) bars.push_back({at, at, number("diameter")});
-    name = cells.at(column.at("bar"));
-    bars.back().last = at;
-  }
+  for (BarLine& bar : bars)
+    for (Vec3* end : {&bar.first, &bar.last}) *end = spec.rotation.transpose() * (*end - middle);
   return bars;
 }
 
-/// Effective depth and ratio for a blow along axis k from bars of a file; false if they do not run both ways across it.
-bool from_layers(const StructureSpec& spec, const std::vector<BarEnds>& bars, int k, RunHeader::StructureInfo& info) {
+/// Effective depth and ratio for a blow along axis k from bars in layers; false if they do not run both ways across it.
+bool from_layers(const StructureSpec& spec, const std::vector<BarLine>& bars, int k, RunHeader::StructureInfo& info) {
   const double h = spec.size[k];
   double depth = 0, ratio = 1;
   for (int a = 0; a < 3; ++a) {
     if (a == k) continue;
     double sum = 0, moment = 0;
-    for (const BarEnds& bar : bars) {
+    for (const BarLine& bar : bars) {
       const Vec3 run = bar.last - bar.first;
       const double off = std::abs(bar.first[k]);
       if (std::abs(run[a]) < 0.9 * run.norm() || std::abs(run[a]) < 0.5 * spec.size[a] || off < h / 4) continue;
@@ -77,14 +50,13 @@ bool from_layers(const StructureSpec& spec, const std::vector<BarEnds>& bars, in
 
 }  // namespace
 
-void describe_section(const StructureSpec& spec, RunHeader::StructureInfo& info) {
+void describe_section(const StructureSpec& spec, const Structure& structure, RunHeader::StructureInfo& info) {
   info.form = form_of(spec);
-  // fib Model Code 2010, 5.1-21
-  info.young = spec.young > 0 ? spec.young : spec.f_cm > 0 ? 21.5e9 * std::cbrt(spec.f_cm / 10e6) : 0;
+  info.young = structure.young();
   if (spec.kind != "box" && spec.kind != "column") return;
   const StructureSpec::RebarRule *bars = nullptr, *stirrups = nullptr;
   for (const auto& rule : spec.rebar_rules) (rule.kind == "longitudinal" ? bars : stirrups) = &rule;
-  const std::vector<BarEnds> layers = spec.rebar_file.empty() ? std::vector<BarEnds>{} : bars_of(spec);
+  const std::vector<BarLine> layers = spec.rebar_file.empty() ? std::vector<BarLine>{} : in_body(structure.bars(), spec);
   Vec3::Index along = 2;   // bars by rule run along a column, and along the longest side of a box
   if (spec.kind == "box") spec.size.maxCoeff(&along);
   for (int k = 0; k < 3; ++k) {

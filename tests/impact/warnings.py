@@ -1,4 +1,5 @@
 """What `talus check` says of scenes that are hardly meant: structures in the air or under ground, slips of units, cells by the billion.
+At the end the design checks of a slab: depth and ratio from its bars.
 
 Usage: warnings.py TALUS DIRECTORY
 """
@@ -17,13 +18,7 @@ out.mkdir(parents=True)
 
 # A slope of 1 in 4, 1 m at x = 0.
 (out / "slope.asc").write_text("ncols 11\nnrows 11\nxllcenter 0\nyllcenter 0\ncellsize 10\n" + "\n".join(" ".join(str(1 + 2.5 * i) for i in range(11)) for _ in range(11)) + "\n")
-base = """schema = 1
-[simulation]
-duration = "1 s"
-[site]
-terrain = "slope.asc"
-material = "ground"
-[[material]]
+materials = """[[material]]
 name = "rock"
 density = "2.6 t/m^3"
 [[material]]
@@ -33,7 +28,14 @@ f_cm = "38 MPa"
 between = ["*", "*"]
 friction = 0.6
 normal_stiffness = "hard"
-[[block]]
+"""
+base = """schema = 1
+[simulation]
+duration = "1 s"
+[site]
+terrain = "slope.asc"
+material = "ground"
+""" + materials + """[[block]]
 name = "B"
 material = "rock"
 shape = "sphere"
@@ -117,17 +119,7 @@ for z, axis in ((0.21, "x"), (-0.21, "x"), (0.19, "y"), (-0.19, "y")):
 (out / "slab.toml").write_text("""schema = 1
 [simulation]
 duration = "4 ms"
-[[material]]
-name = "rock"
-density = "2.6 t/m^3"
-[[material]]
-name = "C30"
-f_cm = "38 MPa"
-[[interface]]
-between = ["*", "*"]
-friction = 0.6
-normal_stiffness = "hard"
-[[structure]]
+""" + materials + """[[structure]]
 name = "slab"
 kind = "box"
 material = "C30"
