@@ -7,6 +7,7 @@ what to do, quickly and without a trace left behind; never crash, hang, or be ta
 import os
 import pathlib
 import re
+import struct
 import subprocess
 import sys
 import tempfile
@@ -60,7 +61,18 @@ def grid(values="1 2 3\n4 5 6\n7 8 9\n", **keys):
     return "".join(f"{k} {v}\n" for k, v in table.items() if v is not None) + values
 
 
+def tiff(columns, rows):
+    """A GeoTIFF whose header promises so many heights, of which it holds none; cells of 1 m."""
+    double, short, long = 12, 3, 4
+    tags = [(256, long, 1, columns), (257, long, 1, rows), (258, short, 1, 32), (259, short, 1, 1), (262, short, 1, 1), (273, long, 1, 400), (277, short, 1, 1), (278, long, 1, rows),
+            (279, long, 1, 4), (339, short, 1, 3), (33550, double, 3, 200), (33922, double, 6, 224)]
+    head = b"II*\0" + struct.pack("<IH", 8, len(tags)) + b"".join(struct.pack("<HHII", *t) for t in tags) + b"\0" * 4
+    return head.ljust(200, b"\0") + struct.pack("<9d", 1, 1, 1, 0, 0, 0, 0, 0, 0) + b"\0" * 200
+
+
 GOOD_GRID = grid()
+VIRTUAL = ('<VRTDataset rasterXSize="3" rasterYSize="3"><GeoTransform>0, 5, 0, 15, 0, -5</GeoTransform><VRTRasterBand dataType="Float64" band="1"><SimpleSource>'
+           '<SourceFilename relativeToVRT="1">g.asc</SourceFilename><SourceBand>1</SourceBand></SimpleSource></VRTRasterBand></VRTDataset>')
 BODY = block()          # the ordinary block
 MESH = lambda file: block(shape=None, size=None, file=f'"{file}"')
 POLYGON = '{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9], [0, 0]]]}'
@@ -100,6 +112,8 @@ CASES = {
     "grid-one-row": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n", nrows=1)}, ["g.asc"]),
     "tif-of-nothing": (HEAD + site("g.tif") + BODY, {"g.tif": b"II*\0" + b"\xff" * 60}, ["g.tif"]),
     "tif-empty": (HEAD + site("g.tif") + BODY, {"g.tif": b""}, ["g.tif"]),
+    "tif-of-an-earth": (HEAD + site("g.tif") + BODY, {"g.tif": tiff(60000, 60000)}, ["g.tif", "heights"]),
+    "tif-that-names-another": (HEAD + site("g.tif") + BODY, {"g.asc": GOOD_GRID, "g.tif": VIRTUAL}, ["g.tif", "GeoTIFF"]),
     "terrain-is-a-pipe": (HEAD + site("pipe.asc") + BODY, {"pipe.asc": os.mkfifo}, ["pipe.asc", "not a file"]),
     "terrain-is-itself": (HEAD + site("loop.stl") + BODY, {"loop.stl": lambda p: os.symlink("loop.stl", p)}, ["loop.stl"]),
     "terrain-endless": (HEAD + site("/dev/zero") + BODY, {}, ["/dev/zero"]),

@@ -14,6 +14,10 @@ using talus::geometry::Raster;
 
 namespace {
 
+/// Formats of grids of heights. No others: among GDAL's two hundred are some that name further files or addresses (VRT, WMS), and some that take nearly any bytes for theirs.
+const char* const height_formats[] = {"AAIGrid", "GTiff", "SRTMHGT", "DTED", "HFA", "XYZ", nullptr};
+constexpr double most_nodes = 1e8;   ///< above: 2e8 triangles, tens of gigabytes
+
 void CPL_STDCALL quiet(CPLErr, CPLErrorNum, const char*) {}
 
 void start() {
@@ -51,13 +55,18 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   CPLErrorReset();
   // The grid text driver reads as 32-bit unless told: heights in map coordinates need all their digits.
   const char* options[] = {"DATATYPE=Float64", nullptr};
-  GDALDatasetH data = GDALOpenEx(path, GDAL_OF_RASTER | GDAL_OF_READONLY, nullptr, options, nullptr);
+  GDALDatasetH data = GDALOpenEx(path, GDAL_OF_RASTER | GDAL_OF_READONLY, height_formats, options, nullptr);
   if (!data) return fail(out, "not a raster that GDAL reads");
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
   out->rows = GDALGetRasterYSize(data);
   if (GDALGetGeoTransform(data, out->transform) != CE_None) return fail(out, "has no georeference");
   if (GDALGetRasterCount(data) < 1) return fail(out, "has no band");
+  if (const double nodes = static_cast<double>(out->columns) * out->rows; nodes > most_nodes) {
+    CPLErrorReset();
+    return fail(out, ("has " + std::to_string(out->columns) + " columns and " + std::to_string(out->rows) +
+                      " rows: more than 1e8 heights, which no terrain of a scene needs (cut it out with gdalwarp -te)").c_str());
+  }
   GDALRasterBandH band = GDALGetRasterBand(data, 1);
   out->values.resize(static_cast<std::size_t>(out->columns) * out->rows);
   if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, out->values.data(), out->columns, out->rows, GDT_Float64, 0, 0) != CE_None)
