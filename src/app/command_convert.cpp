@@ -5,6 +5,8 @@
 #include "app/commands.hpp"
 #include "core/error.hpp"
 #include "geometry/mesh.hpp"
+#include "geometry/raster.hpp"
+#include "geometry/terrain.hpp"
 #include "io/block_files.hpp"
 #include "io/convert.hpp"
 
@@ -13,6 +15,18 @@ namespace talus::app {
 namespace {
 
 bool is_hdf5(const std::string& path) { return path.ends_with(".h5") || path.ends_with(".hdf5"); }
+
+bool is_raster(const std::string& path) { return path.ends_with(".asc") || path.ends_with(".tif") || path.ends_with(".tiff"); }
+
+/// A grid as the terrain that a scene would make of it.
+void raster_to_mesh(const std::string& in, const std::string& out) {
+  const geometry::Terrain terrain = geometry::load_terrain(in);
+  for (const Problem& warning : terrain.warnings) fmt::print(stderr, "{}\n", warning.str());
+  geometry::Mesh mesh;
+  mesh.vertices = terrain.surface.vertices;
+  mesh.triangles = terrain.surface.triangles;
+  geometry::write_mesh(out, mesh);
+}
 
 /// Tells what was changed and what is still wrong.
 int repair_mesh(const std::string& in, const std::string& out) {
@@ -42,6 +56,8 @@ int command_convert(const Options& options) {
     geometry::write_mesh(out, io::read_blocks(file, part.size() > blocks.size() ? part.substr(blocks.size() + 1) : ""));
   else if (geometry::is_mesh_file(in) && is_hdf5(out)) io::write_blocks(out, in);
   else if (geometry::is_mesh_file(in)) geometry::write_mesh(out, geometry::read_mesh(in));
+  else if (is_raster(in) && is_raster(out)) geometry::write_raster(out, geometry::read_raster(in));
+  else if (is_raster(in) && geometry::is_mesh_file(out)) raster_to_mesh(in, out);
   else io::convert(in, out);
   fmt::print("{}\n", out);
   return done;

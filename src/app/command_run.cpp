@@ -90,15 +90,6 @@ std::optional<std::uint64_t> resume_from(const fs::path& directory, const std::s
   return {};
 }
 
-/// Starts from another run's end if the scene names one (`initial_state`).
-void carry_over(sim::Simulation& simulation, bool blocks) {
-  const std::string& previous = simulation.scene().simulation.initial_state;
-  if (previous.empty()) return;
-  sim::FinalState state = io::read_final_state(previous);
-  if (!blocks) state.blocks.clear();
-  simulation.start_from(state, previous);
-}
-
 void log_end(JsonLog& log, const sim::RunResult& result, double time) {
   const sim::RunCounters& n = result.counters;
   log.info("end", {{"status", result.status}, {"message", result.message}, {"t", time}, {"steps", n.steps}, {"rejected", n.rejected},
@@ -126,6 +117,14 @@ void warn_of_departed(JsonLog& log, const std::vector<std::string>& gone) {
 }
 
 }  // namespace
+
+void carry_over(sim::Simulation& simulation, bool blocks) {
+  const std::string& previous = simulation.scene().simulation.initial_state;
+  if (previous.empty()) return;
+  sim::FinalState state = io::read_final_state(previous);
+  if (!blocks) state.blocks.clear();
+  simulation.start_from(state, previous);
+}
 
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   on_signals(on_early_signal);

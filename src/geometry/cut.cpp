@@ -176,12 +176,16 @@ double overlap_area(std::vector<Vec3> polygon, const std::vector<Vec3>& loop, co
 /// Section of a convex cell by a plane, counter-clockwise about its normal; empty if it is missed.
 std::vector<Vec3> section(const CellComplex& complex, int cell, const Vec3& n, double d) {
   std::vector<Vec3> points;
+  // Faces that share an edge give its point alike but for rounding; two of them would make a side of no direction.
+  const auto add = [&](const Vec3& x) {
+    if (std::none_of(points.begin(), points.end(), [&](const Vec3& p) { return (p - x).norm() <= complex.snap(); })) points.push_back(x);
+  };
   for (int f : complex.cells()[cell].faces) {
     const auto& loop = complex.faces()[f].loop;
     for (std::size_t k = 0; k < loop.size(); ++k) {
       const Vec3 &a = complex.vertices()[loop[k]], &b = complex.vertices()[loop[(k + 1) % loop.size()]];
       const double sa = n.dot(a) - d, sb = n.dot(b) - d;
-      if (sa * sb <= 0 && sa != sb) points.push_back(a + sa / (sa - sb) * (b - a));
+      if (sa * sb <= 0 && sa != sb) add(a + sa / (sa - sb) * (b - a));
     }
   }
   if (points.size() < 3) return {};

@@ -17,7 +17,7 @@ constexpr double least_speed = 1e-3;  // [m/s]; below it the formulas have no me
 
 double normal_speed(const Impact& m) { return std::abs(m.velocity.dot(m.normal.normalized())); }
 
-/// Inputs that the scene gives in place of the defaults; a value outside a formula's range keeps the default.
+/// Inputs that the scene gives in place of the defaults. Throws InputError where one is outside of what the formulas are meant for.
 formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
   const auto& block = header.blocks[static_cast<std::size_t>(m.block)];
   const auto& structure = header.structures[static_cast<std::size_t>(m.structure)];
@@ -42,6 +42,15 @@ formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
   return inputs;
 }
 
+/// The formulas for an impact; none where its block or structure is outside of their range, such as a block of less than a gram.
+std::vector<formulas::Result> formulas_of(const sim::RunHeader& header, const Impact& m) {
+  try {
+    return formulas::evaluate(inputs_of(header, m), header.structures[static_cast<std::size_t>(m.structure)].cushion);
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
 std::string sentence(const std::vector<formulas::InputValue>& values) {
   std::string text;
   for (const auto& v : values) text += fmt::format("{}{} = {:.4g} {} ({})", text.empty() ? "" : "; ", v.symbol, v.value, unit_name(v.dimension), v.origin);
@@ -64,7 +73,7 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
     if (strongest < 0) continue;
     const Impact& m = impacts[static_cast<std::size_t>(strongest)];
     const double duration = m.end - m.start, mean = duration > 0 ? m.impulse.norm() / duration : 0;
-    for (const formulas::Result& r : formulas::evaluate(inputs_of(header, m), header.structures[s].cushion))
+    for (const formulas::Result& r : formulas_of(header, m))
       list.push_back({{"impact", strongest},
                       {"structure", header.structures[s].name},
                       {"block", header.blocks[static_cast<std::size_t>(m.block)].name},

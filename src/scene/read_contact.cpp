@@ -133,6 +133,9 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     }
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");
+    if (law.tension > 0 && law.friction > 0 && law.cohesion < law.friction * law.tension)
+      view.problem("tension", fmt::format("reaches only {:.4g} Pa: friction and cohesion end in a tip at cohesion over friction", law.cohesion / law.friction),
+                   fmt::format("give a cohesion of {:.4g} Pa or more", law.friction * law.tension), Problem::Severity::warning);
     law.restitution = view.maybe("restitution");
     law.restitution_tangential = view.maybe("restitution_tangential");
     law.rolling_resistance = view.number("rolling_resistance");
@@ -307,6 +310,9 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
   return rows;
 }
 
+/// Coefficient of friction between rough faces of concrete [en1992-1-1, 6.2.5(2)].
+constexpr double concrete_friction = 0.7;
+
 void read_interfaces(Reading& in, const View& root) {
   Scene& scene = in.scene;
   const std::vector<Entry> entries = read_entries(in, root);
@@ -362,7 +368,18 @@ void read_interfaces(Reading& in, const View& root) {
     const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
     const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
     const std::string remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", first, second);
-    if (mover < 0 || set.count(lent) == 0) {
+    if (mover < 0) {
+      // A structure alone, under prescribed loads: its pieces rub like rough concrete.
+      ContactLaw law;
+      law.friction = concrete_friction;
+      choose_stiffness(scene, a, b, law);
+      root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them: friction {} of rough concrete (EN 1992-1-1, 6.2.5) is taken", first, second, concrete_friction),
+                   remedy, Problem::Severity::warning);
+      put(a, b, law);
+      lent_pairs.emplace_back(a, b);
+      continue;
+    }
+    if (set.count(lent) == 0) {
       root.problem("", fmt::format("fragments let \"{}\" and \"{}\" meet, and no [[interface]] covers them", first, second), remedy);
       continue;
     }

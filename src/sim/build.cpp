@@ -51,6 +51,7 @@ class Builder {
     model_.gravity = s.simulation.gravity;
     add_terrain();
     for (const scene::Block& b : s.blocks) add_block(b);
+    single_blocks_ = model_.blocks.size();
     add_rock_mass();
     refuse_what_is_missing();
     check_ground();
@@ -289,10 +290,20 @@ class Builder {
                                           terrain_->triangles_read, terrain_->decimation_reached));
   }
 
+  /// A block that moves starts outside of the solid, which is all that lies below the terrain.
+  void check_buried(std::size_t i) {
+    const Vec3& c = state_.blocks.c[i];
+    const double above = env_.terrain->height(c.x(), c.y());
+    if (model_.blocks[i].ndof() == 0 || terrain_->surface.two_sided || !(c.z() < above)) return;
+    problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
+            fmt::format("its centroid lies {:.6g} m below the terrain, which is solid", above - c.z()), "raise it above the terrain, or set site.two_sided for a sheet that has nothing below");
+  }
+
   void check_ground() {
     if (!terrain_) return;
     const Box3 box = env_.terrain->bounds();
     const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
+    for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
     for (std::size_t i = 0; i < model_.blocks.size(); ++i)
       for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), env_.terrain->height(state_.blocks.c[i].x(), state_.blocks.c[i].y()))) {
         p.file = world_->scene.file;
@@ -437,6 +448,7 @@ class Builder {
   coupling::Environment env_;
   std::optional<geometry::Terrain> terrain_;
   std::set<std::string> names_;
+  std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
   Occupied occupied_;   // by blocks of release areas
   std::vector<Problem> problems_;
 };

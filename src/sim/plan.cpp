@@ -72,7 +72,7 @@ TimeBound time_bound(const World& w) {
 
 std::string time_line(const World& w) {
   const TimeBound bound = time_bound(w);
-  if (bound.most < 1) return "CPU time: about a second or less.";
+  if (bound.most < 1.5) return "CPU time: about a second or less.";
   return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
 }
 

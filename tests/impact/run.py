@@ -43,6 +43,13 @@ for row, speed in ((1, (19.3**2 + 5.2**2) ** 0.5), (2, (12**2 + 3**2) ** 0.5)):
     assert done.returncode == 0, done.stdout + done.stderr
     assert abs(summary(out)["impacts"][0]["speed"] - speed) < 0.2
 
+# Flown at a slant, a flank of the block may touch before the point that is foremost along the flight: the gap along the flight is kept all the same.
+for slant in ("-70 deg", "-30 deg", "30 deg", "70 deg"):
+    done, out = impact("slant", f"{source}/scene.toml", "--set", f'impact.angle="{slant}"', "--set", 'simulation.duration="2 ms"', "--set", "impact.clearance=0.001")
+    assert done.returncode == 0, (slant, done.stdout + done.stderr)
+    hit = summary(out)["impacts"]
+    assert hit and hit[0]["start"] < 2e-4, (slant, hit)
+
 # The second impact on the pier that the first one has struck.
 done, again = impact("again", f"{source}/scene.toml", "--set", f'simulation.initial_state="{work}/given/results.h5"')
 assert done.returncode == 0, done.stdout + done.stderr

@@ -230,6 +230,18 @@ TEST(Cut, DiscThatEndsInRockSeparatesNothingUnlessBonded) {
   EXPECT_EQ(bonded.interfaces[0].tension, 1e6);
 }
 
+TEST(Cut, DiscBeyondTheRegionCutsItInTwoHoweverItDips) {
+  for (const double dip_direction : {0., 30., 222.})
+    for (const double dip : {0., 17., 60., 90.}) {
+      CutSpec s = box_spec(Vec3(10, 10, 10));
+      s.joints.push_back({.name = "disc", .dip_direction = dip_direction * deg, .dip = dip * deg, .through = Vec3(5, 5, 5), .radius = 9});
+      const CutResult r = cut(s);
+      ASSERT_EQ(r.blocks.size(), 2u) << dip_direction << "/" << dip;
+      EXPECT_NEAR(r.blocks[0].volume, 500, 1e-9) << dip_direction << "/" << dip;
+      expect_invariants(r, "disc");
+    }
+}
+
 TEST(Cut, BoundedJointsThatCloseCutABlockOut) {
   // Two rectangles: a level one under the corner x > 1, z > 1, and a steep one behind it. The rest is one L-shaped block.
   CutSpec s = box_spec({2, 2, 2});

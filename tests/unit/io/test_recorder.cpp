@@ -218,6 +218,18 @@ TEST(Recorder, DesignFormulasTakeTheStructuresOwnSection) {
   EXPECT_NE(with[5]["inputs"].get<std::string>().find("rho = 0.004 "), std::string::npos) << with[5]["inputs"];
 }
 
+TEST(Recorder, BlocksAndStructuresOutsideOfTheFormulasRangeHaveNone) {
+  SyntheticRun run = small();
+  sim::RunHeader header = run.header();
+  header.structures[0].young = 3e13;   // a thousand times concrete's
+  io::SummaryBuilder builder(header);
+  builder.add(run.row(run.impact, 2));
+  builder.add(run.contact_rows(run.impact, run.impact + 0.1));
+  const nlohmann::json j = nlohmann::json::parse(builder.text(nullptr));
+  EXPECT_EQ(j["impacts"].size(), 1u);
+  EXPECT_TRUE(j["formulas"].empty());
+}
+
 TEST(Recorder, AForceIsFilteredAndANeedleIsNot) {
   // 1 MN for 20 ms, and within it a needle of 100 MN for a microsecond.
   io::ForceTrack plain, needle;

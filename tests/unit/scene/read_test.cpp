@@ -63,6 +63,28 @@ TEST(ReadScene, ExactInterfaceBeforeOneStarBeforeTwo) {
   EXPECT_EQ(s.laws(concrete, slope).normal_stiffness, 20e9);
 }
 
+TEST(ReadScene, PiecesOfAStructureAloneRubLikeConcrete) {
+  const Place place;
+  const Scene s = read_scene_text(R"(schema = 1
+[[material]]
+name = "C30"
+f_cm = "38 MPa"
+[[structure]]
+kind = "column"
+material = "C30"
+base = [0, 0, 0]
+section = [1, 1]
+height = 2
+cells = [1, 1, 2]
+damage = "concrete"
+)",
+                                  place.scene());
+  EXPECT_EQ(s.laws(0, 0).friction, 0.7);
+  EXPECT_TRUE(s.laws(0, 0).chosen);
+  ASSERT_EQ(s.warnings.size(), 1u);
+  EXPECT_NE(s.warnings[0].str().find("friction 0.7"), std::string::npos);
+}
+
 TEST(ReadScene, StiffnessFormsAndDefaults) {
   const Place place;
   const Scene s = read_scene_text(full, place.scene());
