@@ -45,6 +45,49 @@ template <> struct History<Cdpm2> {
   static double band(const Cdpm2&, const Cell& c, int q) { return c.point[q].size; }
 };
 
+constexpr double path_increment = 0.25;   // of the strain and the peak strain, for the law to be integrated within a per cent
+
+/// The share of `way`, from `strain` on, in which no point strains by more than its increment; 1 or more: all of it.
+double path_share(const double (&strain)[6][8], const double (&way)[6][8], double peak) {
+  double least = 1e300;
+  for (int q = 0; q < 8; ++q) {
+    double here = 0, length = 0;
+    for (int k = 0; k < 6; ++k) {
+      const double weight = k < 3 ? 1 : 0.5;
+      here += weight * strain[k][q] * strain[k][q];
+      length += weight * way[k][q] * way[k][q];
+    }
+    least = std::min(least, path_increment * (peak + std::sqrt(here)) / (std::sqrt(length) + 1e-300));
+  }
+  return least;
+}
+
+/// Not less than what any point of a cell strained by in the last step, but for the change of length by rotations in it.
+double largest_way(const LawGeometry& g, const Motion& motion) {
+  double shortest = 1e300, sum = 0;
+  for (const auto& e : g.frame.edge) shortest = std::min(shortest, e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
+  for (int c = 0; c < 3; ++c) {
+    double low = 1e300, high = -1e300;
+    for (const int node : g.node) low = std::min(low, motion.v[node + c]), high = std::max(high, motion.v[node + c]);
+    sum += (high - low) * (high - low);
+  }
+  return motion.step * std::sqrt(3 * sum / shortest);
+}
+
+struct Answer { alignas(64) double stress[6][8], energy[8], dissipation[8]; };
+
+/// mean += share times the stress of one increment, share * way, whose work is what the law says it stored and dissipated: the mean of both ends and
+/// the least change of it along the increment [gonzalez1996].
+void add_mean_stress(const Answer& before, const Answer& after, const double (&way)[6][8], int q, double share, double (&mean)[6][8]) {
+  double work = 0, square = 1e-300;
+  for (int k = 0; k < 6; ++k) {
+    work += 0.5 * (before.stress[k][q] + after.stress[k][q]) * way[k][q];
+    square += (k < 3 ? 1 : 0.5) * way[k][q] * way[k][q];
+  }
+  const double rest = (after.energy[q] - before.energy[q] + after.dissipation[q]) / share - work;
+  for (int k = 0; k < 6; ++k) mean[k][q] += share * (0.5 * (before.stress[k][q] + after.stress[k][q]) + rest / square * (k < 3 ? 1 : 0.5) * way[k][q]);
+}
+
 template <class Law>
 class FieldOf final : public DamageField {
   using H = History<Law>;
@@ -53,16 +96,16 @@ class FieldOf final : public DamageField {
   static_assert(sizeof(Cell) % sizeof(double) == 0);
 
  public:
-  FieldOf(const HexMesh& mesh, const Law& law, bool finite) : DamageField(mesh, finite), law_(law), cap_(law.parameters().cap) {}
+  FieldOf(const HexMesh& mesh, const Law& law, bool finite) : DamageField(mesh, finite), law_(law), cap_(law.parameters().cap), peak_strain_(law.parameters().concrete.f_t / law.parameters().concrete.young) {}
 
   ElasticLimits elastic_limits() const override { return H::limits(law_); }
 
-  bool try_cell(int cell, const double* u, const double* v, double* f) override {
+  bool try_cell(int cell, const Motion& motion, double* f) override {
     const LawGeometry g = law_geometry(*mesh_, cell);
     const Cell none{};
     Cell next{};
     double force[24];
-    const LawResult result = evaluate(g, u, v, none, next, force);
+    const LawResult result = evaluate(g, motion, none, next, force);
     if (!result.grew) return false;
     slot_[cell] = static_cast<int>(cells_.size());
     cells_.push_back(cell);
@@ -75,11 +118,11 @@ class FieldOf final : public DamageField {
     return true;
   }
 
-  void add_forces(const double* u, const double* v, double* f) override {
+  void add_forces(const Motion& motion, double* f) override {
     double force[24];
     ++evaluation_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      result_[i] = evaluate(geometry_[i], u, v, old_[i], next_[i], force);
+      result_[i] = evaluate(geometry_[i], motion, old_[i], next_[i], force);
       add(geometry_[i], force, f);
     }
   }
@@ -87,7 +130,7 @@ class FieldOf final : public DamageField {
   void force_of(int cell, const double* u, double* force) const override {
     const int i = slot_[cell];
     Cell next{};
-    evaluate(geometry_[i], u, nullptr, old_[i], next, force);
+    evaluate(geometry_[i], {.u = u}, old_[i], next, force);
   }
 
   void accept() override {
@@ -186,20 +229,55 @@ class FieldOf final : public DamageField {
   }
 
  private:
-  LawResult evaluate(const LawGeometry& g, const double* u, const double* v, const Cell& old, Cell& next, double* force) const {
+  LawResult evaluate(const LawGeometry& g, const Motion& motion, const Cell& old, Cell& next, double* force) const {
     PointStrains at;
-    point_strains(g, u, v, finite_, at);
-    alignas(64) double stress[6][8], energy[8], dissipation[8];
+    point_strains(g, motion.u, motion.rate_effect ? motion.v : nullptr, finite_, at);
+    const double* rate = motion.v && motion.rate_effect ? &at.rate[0][0] : nullptr;
+    Answer a;
     LawResult result;
-    result.grew = law_.stress8(&at.strain[0][0], v ? &at.rate[0][0] : nullptr, g.frame, H::in(old), H::in(next), &stress[0][0], energy, dissipation);
+    result.grew = law_.stress8(&at.strain[0][0], rate, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
+    result.largest_strain = largest_strain(at);
+    if (result.grew && motion.v && motion.step > 0 && largest_way(g, motion) > path_increment * peak_strain_) {
+      double before[6][8], way[6][8];
+      strains_before(g, at, motion.v, motion.step, finite_, before);
+      for (int k = 0; k < 6; ++k)
+        for (int q = 0; q < 8; ++q) way[k][q] = at.strain[k][q] - before[k][q];
+      if (path_share(before, way, peak_strain_) < 1) follow(g, before, way, rate, old, next, a);
+    }
     for (int q = 0; q < 8; ++q) {
-      result.energy += g.weight[q] * energy[q];
-      result.dissipation += g.weight[q] * dissipation[q];
+      result.energy += g.weight[q] * a.energy[q];
+      result.dissipation += g.weight[q] * a.dissipation[q];
       result.dilation += g.weight[q] / g.volume * (at.strain[0][q] + at.strain[1][q] + at.strain[2][q]);
     }
-    result.largest_strain = largest_strain(at);
-    nodal_force(g, at, stress, finite_, force);
+    nodal_force(g, at, a.stress, finite_, force);
     return result;
+  }
+
+  /// The law along the straight path `way` from the strain before; the stress as in damage_field.hpp, the dissipation of the whole path.
+  void follow(const LawGeometry& g, const double (&before)[6][8], const double (&way)[6][8], const double* rate, const Cell& old, Cell& next, Answer& out) const {
+    alignas(64) double strain[6][8], missed[6][8], lost[8] = {};
+    std::memcpy(strain, before, sizeof strain);
+    Cell state = old;
+    Answer last;
+    law_.stress8(&strain[0][0], rate, g.frame, H::in(old), H::in(state), &last.stress[0][0], last.energy, last.dissipation);
+    for (int k = 0; k < 6; ++k)
+      for (int q = 0; q < 8; ++q) missed[k][q] = -0.5 * last.stress[k][q];
+    for (double gone = 0; gone < 1;) {
+      const double wanted = path_share(strain, way, peak_strain_), share = std::min(wanted, 1 - gone);
+      gone = wanted < 1 - gone ? gone + share : 1;
+      for (int k = 0; k < 6; ++k)
+        for (int q = 0; q < 8; ++q) strain[k][q] = before[k][q] + gone * way[k][q];
+      law_.stress8(&strain[0][0], rate, g.frame, H::in(state), H::in(state), &out.stress[0][0], out.energy, out.dissipation);
+      for (int q = 0; q < 8; ++q) {
+        lost[q] += out.dissipation[q];
+        add_mean_stress(last, out, way, q, share, missed);
+      }
+      last = out;
+    }
+    for (int q = 0; q < 8; ++q) out.dissipation[q] = lost[q];
+    for (int k = 0; k < 6; ++k)
+      for (int q = 0; q < 8; ++q) out.stress[k][q] += missed[k][q] - 0.5 * last.stress[k][q];
+    next = state;
   }
 
   static void add(const LawGeometry& g, const double* force, double* f) {
@@ -217,7 +295,7 @@ class FieldOf final : public DamageField {
   }
 
   Law law_;
-  double cap_;
+  double cap_, peak_strain_;
   std::vector<Cell> old_, next_;
 };
 

@@ -6,6 +6,12 @@
 /// A cell enters when its law is first evaluated to grow; before, it is elastic and keeps no history. States are evaluated from the last
 /// accepted ones into the next; accept() makes them the accepted ones, so that a rejected step leaves no trace.
 ///
+/// A cell may strain by many times its peak strain within one sub-step. The work of nodal forces is the trapezoid between the steps, which then
+/// has little to do with the area under the stress. Where damage grows fast the law is followed along the straight path from the strain before,
+/// and the force carries, beside the stress at the end, what the trapezoid of the ends has missed of the mean:
+///   F = sigma_1 + (<sigma> - (sigma_0 + sigma_1) / 2)
+/// At a steady rate forces then do exactly the work that the law stores and dissipates; for a linear law, and to second order in the step, it is sigma_1.
+///
 /// symbol   meaning                                               unit     shape
 /// G        grad N_a at the points                                1/m      8 x 3 x 8 (node, axis, point)
 /// w        weights                                               m^3      8
@@ -36,6 +42,14 @@ struct LawGeometry {
 
 LawGeometry law_geometry(const HexMesh& mesh, int cell);
 
+/// What the cells of a field are evaluated at, nodes x 4. Without velocities, or with a last step of 0, nothing is known of the way there.
+struct Motion {
+  const double* u = nullptr;  // [m]
+  const double* v = nullptr;  // over the last step [m/s]
+  double step = 0;            // the last one [s]
+  bool rate_effect = false;   // the law sees the strain rate
+};
+
 /// What one evaluation of a cell says.
 struct LawResult {
   double energy = 0, dissipation = 0;  // [J]
@@ -57,9 +71,9 @@ class DamageField {
   const std::vector<int>& cells() const { return cells_; }
 
   /// Evaluates a cell that has no history; if damage would start, it joins with its force added to f, and true is returned.
-  virtual bool try_cell(int cell, const double* u, const double* v, double* f) = 0;
+  virtual bool try_cell(int cell, const Motion& motion, double* f) = 0;
   /// Adds the forces of all cells that were in before; results are kept for accept().
-  virtual void add_forces(const double* u, const double* v, double* f) = 0;
+  virtual void add_forces(const Motion& motion, double* f) = 0;
   /// Force on the eight nodes of a cell with history (24 numbers, node by node) at u, from the accepted states; nothing is kept.
   virtual void force_of(int cell, const double* u, double* force) const = 0;
   virtual void accept() = 0;

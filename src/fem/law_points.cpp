@@ -76,6 +76,16 @@ void point_strains(const LawGeometry& g, const double* u, const double* v, bool 
   mean_dilatation(g, out.rate);
 }
 
+void strains_before(const LawGeometry& g, const PointStrains& at, const double* v, double step, bool finite, double (&before)[6][8]) {
+  Points h[9];
+  gradient_of(g, v, h);
+  for (int i = 0; i < 9; ++i)
+    for (int q = 0; q < 8; ++q) h[i][q] = at.displacement_gradient[i][q] - step * h[i][q];
+  symmetric_part(h, before);
+  if (finite) add_product(h, h, 0.5, before);
+  mean_dilatation(g, before);
+}
+
 void nodal_force(const LawGeometry& g, const PointStrains& at, const double (*stress)[8], bool finite, double* force) {
   const Points* h = at.displacement_gradient;
   double pressure = 0;

@@ -14,6 +14,9 @@ struct PointStrains {
 /// v may be null: no rates.
 void point_strains(const LawGeometry& g, const double* u, const double* v, bool finite, PointStrains& out);
 
+/// The strains at u - step v, v the velocities that `at` belongs to.
+void strains_before(const LawGeometry& g, const PointStrains& at, const double* v, double step, bool finite, double (&before)[6][8]);
+
 /// force[24] of the stresses, with their pressure averaged over the cell.
 void nodal_force(const LawGeometry& g, const PointStrains& at, const double (*stress)[8], bool finite, double* force);
 

@@ -289,7 +289,7 @@ inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, 
   const auto slides = norm > limit;
   const R keep = select(slides, limit / select(slides, norm, spread(1.0, zero)), spread(1.0, zero));
   const R held = keep * norm;
-  const R rubbed = 0.5 / shear_ * (1.0 - keep) * norm * held;
+  const R rubbed = 0.25 / shear_ * (1.0 - keep) * norm * (friction_ * s.pressure + held);   // it slid at the limit before, too
   const R compacted = 0.5 * (s.pressure + p) * (theta - s.compaction);
   const R mean_d = 0.5 * (old_d_c + s.d_c), grown = s.d_c - old_d_c;
   dissipation = dissipation + select(broken, mean_d * (compacted + rubbed) - grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held), zero);
@@ -350,7 +350,11 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
     const R one = spread(1.0, zero);
     const R r = select(grow_t, tau_t, one);
     const R d = select(grow_t, maximum(damage_tension(r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t), s.d_t);
-    weight_t = select(grow_t, 0.5 + 0.5 * (s.r_t * s.r_t) / (r * r), zero);
+    // The mean of r^2 over the growth, exact: r^2 d d_t = s (1 + b r) dr with the softening stress s = f_t exp(-b (r - f_t)).
+    const R b = select(grow_t, s.b_t, one), from = select(grow_t, s.r_t, one), grown = d - s.d_t;
+    const R s_0 = (1.0 - s.d_t) * from, s_1 = minimum((1.0 - d) * r, s_0 * exponential(b * (from - r)));
+    const R exact = (s_0 * (2.0 / b + from) - s_1 * (2.0 / b + r)) / (r * r * maximum(grown, spread(1e-12, zero)));
+    weight_t = select(grow_t, select(grown > 1e-10, minimum(maximum(exact, zero), one), 0.5 + 0.5 * (from * from) / (r * r)), zero);
     before = twice_energy(strain, effective, v, old_d_t, old_d_c);
     s.d_t = d;
     s.r_t = select(grow_t, tau_t, s.r_t);
@@ -362,7 +366,11 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
     const R one = spread(1.0, zero);
     const R r = select(grow_c, tau_c, spread(f_c0_, zero));
     const R d = select(grow_c, maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c), s.d_c);
-    loss_c = (d - s.d_c) * (0.5 + 0.5 * (s.r_c * s.r_c) / (r * r));
+    // The integral of r^2 over the growth; beyond the peak, where the stress falls as in tension, exact.
+    const R from = select(grow_c, s.r_c, r), s_0 = (1.0 - s.d_c) * from, s_1 = (1.0 - d) * r;
+    const R fall = 2.0 * s.dif_c / select(grow_c, s.b_c, one);
+    const R exact = maximum(s_0 * (fall + from) - s_1 * (fall + r), zero), rising = (d - s.d_c) * 0.5 * (r * r + from * from);
+    loss_c = select(from > stress_peak_ * s.dif_c, exact, rising) / (r * r);
     s.d_c = d;
     s.r_c = select(grow_c, tau_c, s.r_c);
   }

@@ -32,8 +32,8 @@
 /// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
 /// of the model already gives the rest. Compression scales stress and strain together, so that E stays.
 ///
-/// Energy: stored energy 1/2 sigma : eps; dissipation what it loses at constant strain when damage grows, integrated with the mean of
-/// r^2 over the step, exact to second order. For nu > 0 the split stress is not the gradient of an energy when both signs meet in one
+/// Energy: stored energy 1/2 sigma : eps; dissipation what it loses at constant strain when damage grows, times the mean of r^2 over the step by its last
+/// value: exact in tension where strains grow in proportion, to second order in compression. For nu > 0 the split stress is not the gradient of an energy when both signs meet in one
 /// point with different damage [carol1996]: a closed strain path can then return a little more or less work than it took. A ledger that
 /// has to close books internal work minus the change of stored energy.
 #pragma once

@@ -41,12 +41,12 @@ void FemStructure::forces(double t) {
     const ElasticLimits limits = damage_ ? damage_->elastic_limits() : ElasticLimits{};
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, measures, damage_ ? &limits : nullptr);
     if (damage_) {
-      const double* rate = spec_.rate_effect ? v_.data() : nullptr;
-      damage_->add_forces(u_.data(), rate, f_int_.data());
+      const Motion motion{u_.data(), v_.data(), h_last_, spec_.rate_effect};
+      damage_->add_forces(motion, f_int_.data());
       // An element below the bound cannot have reached a threshold anywhere; the others are asked.
       operator_->cells_above(limits.energy, candidates_);
       for (int cell : candidates_) {
-        if (!damage_->try_cell(cell, u_.data(), rate, f_int_.data())) continue;
+        if (!damage_->try_cell(cell, motion, f_int_.data())) continue;
         operator_->add_internal_force_of({cell}, u_.data(), f_int_.data(), finite_, -1);
         operator_->set_on(cell, false);
       }

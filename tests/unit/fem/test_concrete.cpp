@@ -89,10 +89,10 @@ TEST(Erosion, TakesWhatStandsOpenNotWhatIsPressedTogether) {
     const HexMesh mesh = make_mesh(cube(law));
     const auto field = make_damage_field(law, mesh, material::mc2010({.f_cm = 30e6}, "material"), false, true, 0.1, "cell_size");
     const auto spent_at = [&](double shortening) {
-      std::vector<double> u(32, 0.0), v(32, 0.0), f(32, 0.0);
+      std::vector<double> u(32, 0.0), f(32, 0.0);
       for (int n = 0; n < 8; ++n) u[4 * n + 2] = -shortening * mesh.nodes[n].z();
-      if (field->has(0)) field->add_forces(u.data(), v.data(), f.data());
-      else field->try_cell(0, u.data(), v.data(), f.data());
+      if (field->has(0)) field->add_forces({.u = u.data()}, f.data());
+      else field->try_cell(0, {.u = u.data()}, f.data());
       field->accept();
       return field->spent(0.5, 5e-3, {}).size();
     };
@@ -236,7 +236,7 @@ TEST(History, CellsThatTheLimitsRuleOutWouldNotDamage) {
         continue;
       }
       ++ruled_out;
-      ASSERT_FALSE(field->try_cell(cell, u.data(), nullptr, f.data()));
+      ASSERT_FALSE(field->try_cell(cell, {.u = u.data()}, f.data()));
     }
   }
   EXPECT_GT(ruled_out, 500);
