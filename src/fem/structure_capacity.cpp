@@ -2,7 +2,7 @@
 //
 //   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and damping carry to first order
 //
-// The member is cut out of a copy of the structure: all other cells are switched off, its end sections are held, and after the
+// The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections are held, and after the
 // motion has settled the upper one is moved down the axis at a constant speed. Damping of half the critical one of the axial mode
 // (omega = pi c / L between plates) keeps the response quasi-static; the law's rate effect is off.
 #include <fmt/format.h>
@@ -73,10 +73,25 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place) cons
   for (const std::vector<int>* plate : {&place.foot, &place.top})
     for (int n : *plate)
       for (int c = 0; c < 3; ++c) copy->inverse_mass_[4 * n + c] = 0, copy->supports_.held[n][c] = true;
+  copy->compute_only(inside);
   copy->h_last_ = 0;
   copy->time_ = 0;
   copy->moved();
   return copy;
+}
+
+/// Of the rest of the mesh nothing is left: its groups of elements and its nodes are passed over.
+void FemStructure::compute_only(const std::vector<char>& cells) {
+  bearings_.reset();
+  operator_->restrict_to(cells, cells);
+  std::vector<char> node(mesh_.nodes.size(), 0);
+  for (std::size_t cell = 0; cell < cells.size(); ++cell)
+    if (cells[cell])
+      for (int n : mesh_.hexes[cell]) node[n] = 1;
+  own_ = ranges_of(node);
+  operator_->mark_nodes(node);
+  if (bars_) bars_->mark_nodes(node);
+  touched_ = ranges_of(node);
 }
 
 PushDown FemStructure::push_down(std::size_t k) const {

@@ -190,6 +190,7 @@ class FemStructure : public Structure {
   MemberState member_state(std::size_t member, AlignedVector& force) const;
   // structure_capacity.cpp
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
+  void compute_only(const std::vector<char>& cells);
   PushDown push_down(std::size_t member) const;
 
   StructureSpec spec_;

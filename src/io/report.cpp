@@ -29,6 +29,11 @@ ReportData::ReportData(const fs::path& directory)
     : file(Hdf5File::open(directory / "results.h5")), summary(nlohmann::ordered_json::parse(read_file(directory / "summary.json"))),
       time(file.read<double>("/history/time").values), names(file.read_texts("/history/blocks/name")) {
   meta["summary"] = summary;
+  std::error_code none;
+  if (fs::exists(directory / "capacity.json", none)) {
+    meta["capacity"] = nlohmann::ordered_json::parse(read_file(directory / "capacity.json"))["members"];
+    for (auto& member : meta["capacity"]) member.erase("curve_built"), member.erase("curve_now");
+  }
   for (const auto& m : summary.value("impacts", nlohmann::ordered_json::array())) windows.emplace_back(m.value("start", 0.0) - 0.1, m.value("end", 0.0) + 0.4);
 }
 
