@@ -80,6 +80,49 @@ double PatchLoad::factor(double t) const {
   return history.back().second;
 }
 
+namespace {
+
+/// The share of the box x +- half that lies in a region, axis by axis; an axis without extent lies inside or not.
+double share_inside(const Box3& region, const Vec3& x, const Vec3& half) {
+  double share = 1;
+  for (int k = 0; k < 3; ++k) {
+    const double low = std::max(x[k] - half[k], region.min()[k]), high = std::min(x[k] + half[k], region.max()[k]);
+    if (!(high >= low)) return 0;
+    if (half[k] > 1e-12 * region.sizes().norm()) share *= (high - low) / (2 * half[k]);
+  }
+  return share;
+}
+
+/// Adds the traction on the part of a face inside a region to the nodal forces, and its area. 2 x 2 Gauss points when the face lies inside; when it is cut, many parts, each
+/// by its share: exact in area for a face along two axes.
+void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const Vec3& traction, double& pressed, std::vector<Vec3>& force) {
+  Box3 face;
+  for (int n : quad.node) face.extend(mesh.nodes[n]);
+  const bool inside = region.contains(face);
+  const int cuts = inside ? 2 : 40;
+  const double g = 1 / std::sqrt(3.0), weight = inside ? 1.0 : 4.0 / (cuts * cuts);
+  for (int i = 0; i < cuts; ++i)
+    for (int j = 0; j < cuts; ++j) {
+      const double s = inside ? (i ? g : -g) : -1 + (2 * i + 1.0) / cuts, t = inside ? (j ? g : -g) : -1 + (2 * j + 1.0) / cuts;
+      const double n[4] = {0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t)};
+      const double ds[4] = {-0.25 * (1 - t), 0.25 * (1 - t), 0.25 * (1 + t), -0.25 * (1 + t)};
+      const double dt[4] = {-0.25 * (1 - s), -0.25 * (1 + s), 0.25 * (1 + s), 0.25 * (1 - s)};
+      Vec3 x = Vec3::Zero(), a = Vec3::Zero(), b = Vec3::Zero();
+      for (int k = 0; k < 4; ++k) {
+        x += n[k] * mesh.nodes[quad.node[k]];
+        a += ds[k] * mesh.nodes[quad.node[k]];
+        b += dt[k] * mesh.nodes[quad.node[k]];
+      }
+      const double share = inside ? 1.0 : share_inside(region, x, (a.cwiseAbs() + b.cwiseAbs()) / cuts);
+      if (share == 0) continue;
+      const double area = a.cross(b).norm() * weight * share;
+      pressed += area;
+      for (int k = 0; k < 4; ++k) force[quad.node[k]] += n[k] * area * traction;
+    }
+}
+
+}  // namespace
+
 std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin) {
   std::vector<PatchLoad> loads;
   const double tolerance = 1e-7 * bounds(mesh.nodes).diagonal().norm();
@@ -113,28 +156,7 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
         const Vec3 normal = (mesh.nodes[quad.node[2]] - mesh.nodes[quad.node[0]]).cross(mesh.nodes[quad.node[3]] - mesh.nodes[quad.node[1]]).normalized();
         if (std::abs(normal[thin]) < 0.7) continue;
       }
-      // Midpoint rule on the bilinear face: 2 x 2 Gauss points when it lies inside, a fine grid when it is cut.
-      const bool inside = region.contains(face);
-      const int cuts = inside ? 2 : 40;
-      for (int i = 0; i < cuts; ++i)
-        for (int j = 0; j < cuts; ++j) {
-          const double g = 1 / std::sqrt(3.0);
-          const double s = inside ? (i ? g : -g) : -1 + (2 * i + 1.0) / cuts, t = inside ? (j ? g : -g) : -1 + (2 * j + 1.0) / cuts;
-          const double weight = inside ? 1.0 : 4.0 / (cuts * cuts);
-          const double n[4] = {0.25 * (1 - s) * (1 - t), 0.25 * (1 + s) * (1 - t), 0.25 * (1 + s) * (1 + t), 0.25 * (1 - s) * (1 + t)};
-          const double ds[4] = {-0.25 * (1 - t), 0.25 * (1 - t), 0.25 * (1 + t), -0.25 * (1 + t)};
-          const double dt[4] = {-0.25 * (1 - s), -0.25 * (1 + s), 0.25 * (1 + s), 0.25 * (1 - s)};
-          Vec3 x = Vec3::Zero(), a = Vec3::Zero(), b = Vec3::Zero();
-          for (int k = 0; k < 4; ++k) {
-            x += n[k] * mesh.nodes[quad.node[k]];
-            a += ds[k] * mesh.nodes[quad.node[k]];
-            b += dt[k] * mesh.nodes[quad.node[k]];
-          }
-          if (!region.contains(x)) continue;
-          const double area = a.cross(b).norm() * weight;
-          load.area += area;
-          for (int k = 0; k < 4; ++k) force[quad.node[k]] += n[k] * area * given.traction;
-        }
+      press(mesh, quad, region, given.traction, load.area, force);
     }
     if (!(load.area > 0)) bad(spec, "load.region", text(given.region), "no part of the surface lies inside", "let the region contain the patch of the surface");
     for (int n = 0; n < static_cast<int>(force.size()); ++n)
