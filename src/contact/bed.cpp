@@ -67,9 +67,9 @@ double Bed::crushing_before(double x) const {
 }
 
 double Bed::crushed_after(double x) const {
-  const double deepest = start_ + beyond_ + gain_ * (x - start_);
-  // What an elastic bed lets lie unloaded comes back as the block leaves it.
-  return std::isinf(limit_) ? std::min(crushed_, std::max(deepest, 0.0)) : std::max(crushed_, deepest - limit_);
+  // What an elastic bed lets lie unloaded comes back as the block has left it: by what was found, which the step's own motion along one normal is not.
+  if (std::isinf(limit_)) return std::min(crushed_, std::max(start_ + beyond_, 0.0));
+  return std::max(crushed_, start_ + beyond_ + gain_ * (x - start_) - limit_);
 }
 
 }  // namespace talus::contact

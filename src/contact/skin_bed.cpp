@@ -75,12 +75,11 @@ struct Piece {
 /// Faces that the block sinks into along nearly the same normal.
 struct Direction {
   Vec3 normal;
-  double area = 0, volume = 0;       // sunk in
+  double area = 0;                   // sunk in
   Vec3 moment = Vec3::Zero();
   Vec3 push = Vec3::Zero();          // pressure over the block's facets, over the stiffness per area [m^3]
   double near_area = 0;              // above, within reach
   Vec3 near_moment = Vec3::Zero();
-  double mean_depth() const { return area > 0 ? volume / area : 0; }
   /// Facets that end below the skin, at a side too steep to carry a column: what they push aside does not cancel, and without it a motion along the skin would
   /// give columns free for nothing.
   bool sideways() const {
@@ -88,6 +87,15 @@ struct Direction {
     return (push - along * normal).norm() > aside * along;
   }
   Vec3 middle() const { return area > 0 ? Vec3(moment / area) : Vec3(near_moment / near_area); }
+};
+
+/// What of the block has sunk in below one face.
+struct Sunk {
+  std::size_t face;
+  double area = 0, volume = 0;
+  Vec3 moment = Vec3::Zero();
+  double depth() const { return volume / area; }
+  Vec3 middle() const { return moment / area; }
 };
 
 class BedFinder {
@@ -115,7 +123,7 @@ class BedFinder {
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !across(d)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
+      if (d.area + d.near_area > 0 && !across(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
     }
     std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
@@ -198,6 +206,7 @@ class BedFinder {
         while (d < directions_.size() && directions_[d].normal.dot(face.normal) < one_direction) ++d;
         if (d == directions_.size()) directions_.emplace_back().normal = face.normal;
         direction_[p.face] = d;
+        sunk_.push_back({p.face});
       }
       Direction& d = directions_[direction_[p.face]];
       for (std::size_t i = 1; i + 1 < p.polygon.size(); ++i) {
@@ -206,19 +215,25 @@ class BedFinder {
         (p.sunk ? d.area : d.near_area) += area;
         (p.sunk ? d.moment : d.near_moment) += area * face.place(centre);
         if (!p.sunk) continue;
-        d.volume += area * centre.z();
+        sunk_.back().area += area;
+        sunk_.back().volume += area * centre.z();
+        sunk_.back().moment += area * face.place(centre);
         d.push += area * std::min(centre.z(), yield_) * p.lift;
       }
     }
   }
 
   /// True where the block lies across a convex edge of the structure, by far less deep below the face on the other side of it: it presses there, and the same
-  /// overlap is not counted twice.
-  bool across(const Direction& d) const {
-    return std::any_of(directions_.begin(), directions_.end(), [&](const Direction& e) {
-      if (!(e.area > 0) || !(d.area > 0) || 2 * e.mean_depth() >= d.mean_depth() || e.normal.dot(d.normal) < -0.5) return false;
-      const Vec3 apart = d.middle() - e.middle();
-      return e.normal.dot(apart) < e.mean_depth() && -d.normal.dot(apart) < d.mean_depth();
+  /// overlap is not counted twice. Face by face: in a pocket the block lies across edges on all its sides.
+  bool across(std::size_t face) const {
+    const auto d = std::find_if(sunk_.begin(), sunk_.end(), [&](const Sunk& s) { return s.face == face; });
+    if (!(d->area > 0)) return false;
+    const Vec3& below = faces_[face].normal;
+    return std::any_of(sunk_.begin(), sunk_.end(), [&](const Sunk& e) {
+      if (!(e.area > 0) || direction_[e.face] == direction_[face] || 2 * e.depth() >= d->depth()) return false;
+      const Vec3& other = faces_[e.face].normal;
+      const Vec3 apart = d->middle() - e.middle();
+      return other.dot(below) >= -0.5 && other.dot(apart) < e.depth() && -below.dot(apart) < d->depth();
     });
   }
 
@@ -283,6 +298,7 @@ class BedFinder {
   std::vector<Piece> pieces_;
   std::vector<Direction> directions_;
   std::vector<std::size_t> direction_;   // per face
+  std::vector<Sunk> sunk_;               // of the faces with pieces, in their order
   Polygon polygon_, part_, next_, whole_, strip_;
   Vec3 lift_;
 };

@@ -109,7 +109,7 @@ class IslandStepper {
   double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
-  bool leapfrog(const Touch& touch) const { return !condensed_ && deformable_structure(touch); }
+  bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
@@ -156,6 +156,7 @@ class IslandStepper {
   double limit_rolling(const std::function<double(const Touch&)>& pressed);
   bool solve_rolling(double h, Effort effort);
   void apply(double h);
+  void set_spin(int block, const Vec3& momentum, bool strains);
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
@@ -164,6 +165,7 @@ class IslandStepper {
   bool laws_met(double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
+  std::vector<Vec3> moved_moments();
   void book(double h);
   double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;

@@ -119,17 +119,22 @@ void IslandStepper::apply(double h) {
     if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
       state_.w[k] = b.v_solved.segment<3>(3);
     } else {
-      const Vec3 momentum = b.momentum0 + b.impulse.segment<3>(3);
-      const Mat3 rotation = state_.rotation(b.block);
-      const dda::Model::Block& block = model_.blocks[k];
-      if (b.ndof == 6) {
-        state_.w[k] = rotation * block.inertia.inverse() * (rotation.transpose() * momentum);
-      } else {
-        const Mat12 mass = dda::mass_matrix(block, dda::pose(state_, b.block), rotation);
-        state_.w[k] = mass.block<3, 3>(3, 3).inverse() * (momentum - mass.block<3, 6>(3, 6) * state_.eps_rate[k]);
-      }
+      set_spin(b.block, b.momentum0 + b.impulse.segment<3>(3), b.ndof == 12);
     }
   }
+}
+
+/// Angular velocity that gives a block this angular momentum about its centroid [kg m^2/s], where and as strained as it is.
+void IslandStepper::set_spin(int i, const Vec3& momentum, bool strains) {
+  const auto k = static_cast<std::size_t>(i);
+  const dda::Model::Block& block = model_.blocks[k];
+  const Mat3 rotation = state_.rotation(i);
+  if (!strains) {
+    state_.w[k] = rotation * block.inertia.inverse() * (rotation.transpose() * momentum);
+    return;
+  }
+  const Mat12 mass = dda::mass_matrix(block, dda::pose(state_, i), rotation);
+  state_.w[k] = mass.block<3, 3>(3, 3).inverse() * (momentum - mass.block<3, 6>(3, 6) * state_.eps_rate[k]);
 }
 
 double IslandStepper::indentation_at_end(const Touch& t, double h) const {

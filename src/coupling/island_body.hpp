@@ -11,7 +11,7 @@ struct IslandStepper::Body {
   int block = 0;
   int ndof = 6;
   bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
-  bool leapfrog = false;               // it is at a structure in explicit steps: strain rates are those of half steps
+  bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();

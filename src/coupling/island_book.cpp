@@ -84,17 +84,17 @@ void IslandStepper::book(double h) {
         pending_.algorithmic -= normal_work;
       else
         loss.impact -= normal_work;
-      if (t.mode != Mode::closed && h > 0 && deformable_structure(t)) onset -= normal_work;
+      if (t.mode != Mode::closed && h > 0 && leapfrog()) onset -= normal_work;
       continue;
     }
     // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
     const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
-    if (leapfrog(t) && t.shear_stiffness == 0) {
+    if (leapfrog() && t.shear_stiffness == 0) {
       // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
       const double slipped = std::max(0.0, -c.impulse.tail<2>().dot(last.tail<2>()));
       pending_.friction_work += slipped;
       pending_.algorithmic -= slip_work + slipped;
-    } else if (leapfrog(t)) {
+    } else if (leapfrog()) {
       const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
       const Vec3 end = shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * last.tail<2>());
       const double slipped = slides ? std::max(0.0, t.shear_stiffness * end.dot(moved - end)) : 0.0;
@@ -110,7 +110,7 @@ void IslandStepper::book(double h) {
     pending_.friction_work += freed;
     const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed + freed);
     (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
-    if (t.dashpot > 0 && leapfrog(t)) onset += std::max(0.0, lost);
+    if (t.dashpot > 0 && leapfrog()) onset += std::max(0.0, lost);
   }
   const auto work = [&](const contact::ProblemContact& c) {
     double sum = 0;

@@ -202,7 +202,7 @@ void IslandStepper::carry() {
     const std::span touches = std::span(touches_).subspan(first, last - first);
     first = last;
     if (moving_skin(pair.a) || (touches.empty() && memory.empty())) continue;
-    carry_springs(pair, touches, memory, loose_);
+    carry_springs(pair, touches, memory, leapfrog(), loose_);
     if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
   }
   // Springs at partners that are out of reach.

@@ -6,6 +6,24 @@
 
 namespace talus::coupling {
 
+/// Angular momentum that two blocks in motion gain as the solution moves them apart, each body's share of it by its inertia.
+///
+///   sum m d x v = p n x (v_b - v_a),   d = -+ p n / m
+///
+/// What is fixed takes up any.
+std::vector<Vec3> IslandStepper::moved_moments() {
+  std::vector<Vec3> moments(bodies_.size(), Vec3::Zero());
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) continue;
+    const auto a = static_cast<std::size_t>(t.a.index), b = static_cast<std::size_t>(t.b);
+    const Vec3 moved = t.frame * problem_.contacts[static_cast<std::size_t>(t.row)].impulse, gained = moved.cross(state_.v[b] - state_.v[a]);
+    const double share = model_.blocks[b].inertia.trace() / (model_.blocks[a].inertia.trace() + model_.blocks[b].inertia.trace());
+    moments[static_cast<std::size_t>(local_[b])] += share * gained;
+    moments[static_cast<std::size_t>(local_[a])] += (1 - share) * gained;
+  }
+  return moments;
+}
+
 double IslandStepper::project(double h) {
   // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
   double thinnest = length_, far = 0;
@@ -35,6 +53,7 @@ double IslandStepper::project(double h) {
     nodes_.clear();
     held_.clear();
     for (Touch& t : touches_) {
+      t.row = -1;
       if (t.stiffness > 0 || deformable_structure(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
       t.mode = Mode::idle;
       add_row(t, 1, true);
@@ -56,6 +75,7 @@ double IslandStepper::project(double h) {
     report_.counters.newton += r.newton;
     if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
     last.clear();
+    const std::vector<Vec3> moments = moved_moments();
     for (std::size_t i = 0; i < bodies_.size(); ++i) {
       const Body& b = bodies_[i];
       last.push_back(b.start);
@@ -67,10 +87,7 @@ double IslandStepper::project(double h) {
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
-      if (!model_.blocks[k].deformable) {
-        const Mat3 rotation = state_.rotation(b.block);
-        state_.w[k] = rotation * (model_.blocks[k].inertia.inverse() * (rotation.transpose() * momentum));
-      }
+      set_spin(b.block, momentum - moments[i], model_.blocks[k].deformable);
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
     find_moved(last, carried);

@@ -135,12 +135,13 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   if (t.a.kind == Partner::Kind::block && body_a == nullptr) fixed_pose = dda::pose(state_, t.a.index);
   const NormalOwner owner = normal_owner(t, model_, env_, body_a != nullptr ? &body_a->start : &fixed_pose);
   const Body* carrier = owner == NormalOwner::a ? body_a : owner == NormalOwner::b ? &body_b : nullptr;
+  const bool kick = leapfrog() && t.stiffness > 0;   // an impulse of the start
   Vec3 n_mid = t.at.normal, n_end = t.at.normal;
   if (carrier != nullptr) {
-    n_mid = carrier->half_turn * t.at.normal;
+    if (!kick) n_mid = carrier->half_turn * t.at.normal;
     n_end = carrier->full_turn * t.at.normal;
   }
-  const auto mid_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_mid(x) : x; };
+  const auto mid_of = [&](const Body* b, const Vec3& x) { return b != nullptr && !kick ? b->at_mid(x) : x; };
   const auto end_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_end(x) : x; };
   const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
   const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
@@ -148,9 +149,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
   // An open touch acts where it will close: each side at its own point. One as good as closed does not: several that stick would
   // contradict each other.
-  // In an island with a structure both sides act at one point in any case, so that friction over a gap makes no moment.
-  const bool beside_structure = !condensed_ && !island_->structures.empty();
-  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap() && !beside_structure;
+  // Beside a leapfrogging structure both sides act at one point in any case, so that friction over a gap makes no moment.
+  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap() && !leapfrog();
   Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
@@ -169,7 +169,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   c.first_term = static_cast<int>(problem_.terms.size());
   Vec3 u_ref = Vec3::Zero();   // J v_ref
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
-  const bool from_start = (with_structure && !condensed_) || (beside_structure && (t.mode == Mode::end || t.mode == Mode::closed));
+  const bool from_start = leapfrog();
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     const int offset = static_cast<int>(problem_.jacobians.size());
     push_jacobian(problem_.jacobians, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
@@ -209,7 +209,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   }
   switch (t.mode) {
     case Mode::closed:
-      t.theta = beside_structure ? 1 : 0.5;
+      t.theta = leapfrog() ? 1 : 0.5;
       c.bias = u_end - u_ref;
       // A small opening left by the drift may close gently; a crossing is projected, never pushed.
       if (t.at.gap > 1e-10 * length_) c.bias[0] += 0.5 * t.at.gap / h;

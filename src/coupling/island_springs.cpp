@@ -116,7 +116,7 @@ void IslandStepper::weigh_springs() {
 double IslandStepper::spring_limit(double h, bool lumped) const {
   double limit = h;
   for (const Touch& t : touches_) {
-    if (t.stiffness == 0 || !t.energetic || leapfrog(t)) continue;
+    if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t))) continue;   // there the rise of the force decides
     const double resolved = phase_asked(settings_.accuracy) * resolved_phase / std::sqrt(t.rate_sq);
     if (t.at.gap < -1e-9 * length_ || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
@@ -128,7 +128,7 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_) b.end_rule = b.leapfrog = false;
+  for (Body& b : bodies_) b.end_rule = false, b.leapfrog = leapfrog();
   const auto body_of = [&](int block) -> Body* {
     const int l = local_[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
@@ -137,9 +137,8 @@ void IslandStepper::choose_springs(double h, bool lumped) {
   bool any_end = false;
   for (Touch& t : touches_) {
     t.spring = Mode::idle;
-    if (leapfrog(t) && t.b >= 0) body_of(t.b)->leapfrog = true;
     if (t.stiffness == 0) continue;
-    if (leapfrog(t)) {
+    if (leapfrog()) {
       // The step before counts, too: the leapfrog's force lies between both.
       if (t.at.gap + h * t.approach - fall < 0 || t.at.gap <= 0 || t.at.gap - h * t.approach < 0) t.spring = Mode::spring_secant;
       continue;

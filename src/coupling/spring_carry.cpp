@@ -20,6 +20,17 @@ struct Spring {
   double stored() const { return touch->normal_law.stored(std::max(0.0, depth)); }
 };
 
+/// What the spring held at its last indentation.
+double held_at_end(const ContactMemory& m, const ContactLaw& law) {
+  const bool power = law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::hertz;
+  if (!power || (m.feature >> 60) == 15) return m.normal_energy;   // of a structure's skin: its columns are unknown
+  contact::NormalLaw spring;
+  spring.law = &law;
+  spring.stiffness = m.stiffness;
+  spring.growth = m.growth;
+  return spring.stored(m.indentation);
+}
+
 /// s in [0, most_growth] at which indentations times s hold `energy` where they hold `now`: closed for a power law, else by bisection.
 double scale_to(const std::vector<Spring*>& springs, double energy, double now) {
   if (!(energy > 0) || !(now > 0)) return 0;
@@ -92,7 +103,7 @@ void carry_shear(const std::vector<Spring>& springs, const std::vector<const Con
 
 }  // namespace
 
-void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::vector<LooseSpring>& loose) {
+void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, bool half_steps, std::vector<LooseSpring>& loose) {
   thread_local std::vector<Spring> springs;
   thread_local std::vector<const ContactMemory*> all, lost, given;   // of this pair; of features that vanished; whose energy is given anew
   springs.clear(), all.clear();
@@ -109,8 +120,9 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
     std::erase(lost, *found);
   }
   // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of its energy.
+  const auto held = [&](const ContactMemory& m) { return half_steps && !springs.empty() ? held_at_end(m, *springs.front().touch->law) : m.normal_energy; };
   double budget = 0, need = 0;
-  for (const ContactMemory* m : lost) budget += m->normal_energy;
+  for (const ContactMemory* m : lost) budget += held(*m);
   given = lost;
   thread_local std::vector<Spring*> changed;
   changed.clear();
@@ -122,7 +134,7 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
     }
     const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;
     p.depth = -t.at.gap - (model != nullptr ? model->offset : 0.0);
-    if (p.last != nullptr) budget += p.last->normal_energy, given.push_back(p.last);
+    if (p.last != nullptr) budget += held(*p.last), given.push_back(p.last);
     need += p.stored();
     changed.push_back(&p);
   }
@@ -139,7 +151,10 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
   }
   if (left > 1e-9 * budget && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
   carry_shear(springs, all);
-  for (const Spring& p : springs) p.touch->stored = p.stored() + 0.5 * p.touch->shear_stiffness * p.touch->shear.squaredNorm();
+  for (const Spring& p : springs) {
+    const bool stays = half_steps && p.last != nullptr && std::find(given.begin(), given.end(), p.last) == given.end();
+    p.touch->stored = (stays ? p.last->normal_energy : p.stored()) + 0.5 * p.touch->shear_stiffness * p.touch->shear.squaredNorm();
+  }
 }
 
 }  // namespace talus::coupling

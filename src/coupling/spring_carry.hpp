@@ -28,7 +28,7 @@ struct LooseSpring {
 };
 
 /// Sets gap, offset, shear and stored energy of the springs of one pair at the start of a step; `memory` is block B's. What no spring can hold is
-/// appended to `loose`.
-void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::vector<LooseSpring>& loose);
+/// appended to `loose`. `half_steps`: the energies remembered are the leapfrog's, means of two ends of steps; what is handed on is that of the end.
+void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const std::vector<ContactMemory>& memory, bool half_steps, std::vector<LooseSpring>& loose);
 
 }  // namespace talus::coupling

@@ -129,7 +129,7 @@ void ElementOperator::add_internal_force_of(const ElementPack& pack, const doubl
   kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
 }
 
-void ElementOperator::add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const {
+void ElementOperator::add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) const {
   for (const ElementPack& pack : pack_) {
     if (pack.groups == 0 || pack.mean.empty()) continue;
     ViscosityArguments k;
@@ -138,6 +138,7 @@ void ElementOperator::add_bulk_viscosity(const double* v, double* f, double dens
     k.volume = pack.volume.data();
     k.length = pack.length.data();
     k.scale = pack.scale.data();
+    k.u = u;
     k.v = v;
     k.f = f;
     k.density = density;

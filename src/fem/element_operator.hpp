@@ -42,7 +42,7 @@ class ElementOperator {
   /// Packed once for calls again and again, where `scale` says which lanes count.
   ElementPack pack_of(const std::vector<int>& cells) const { return make_pack(cells, CellShape::general, false); }
   void add_internal_force_of(const ElementPack& pack, const double* u, double* f, bool finite) const;
-  void add_bulk_viscosity(const double* v, double* f, double density, double wave_speed) const;
+  void add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) const;
 
   void set_on(int cell, bool on);
   bool is_on(int cell) const { return pack_[where_[cell].pack].scale[where_[cell].lane] != 0; }

@@ -50,7 +50,8 @@ struct KernelArguments {
 };
 
 /// Linear and quadratic bulk viscosity, a pressure from the mean rate of dilatation d (one per element):
-///   q = rho l (b1 c |d| + b2^2 l d^2) against compression, b1 alone against expansion,   f_a -= q V g_a
+///   q = rho l (b1 c |d| + b2^2 l d^2) against compression, b1 alone against expansion,   f_a -= q V F g_a,   d = sum v_a . F g_a
+/// F, the mean deformation gradient, turns it with the element: no moment, and no pressure from turning.
 /// `mean` holds V g_a (the integral of grad N_a), groups x 24 x W; `length` the cell size per lane.
 struct ViscosityArguments {
   const int* nodes = nullptr;
@@ -58,7 +59,8 @@ struct ViscosityArguments {
   const double* volume = nullptr;
   const double* length = nullptr;
   const double* scale = nullptr;
-  const double* v = nullptr;  // [m/s], padded to four per node
+  const double* u = nullptr;  // [m], padded to four per node
+  const double* v = nullptr;  // [m/s], as u
   double* f = nullptr;
   long first = 0, last = 0;
   double density = 0, wave_speed = 0, linear = 0.06, quadratic = 1.2;

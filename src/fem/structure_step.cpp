@@ -51,7 +51,7 @@ void FemStructure::forces(double t) {
         operator_->set_on(cell, false);
       }
       clear(f_visc_);
-      operator_->add_bulk_viscosity(v_.data(), f_visc_.data(), spec_.density, wave_speed_);
+      operator_->add_bulk_viscosity(u_.data(), v_.data(), f_visc_.data(), spec_.density, wave_speed_);
     }
     if (measures) {
       stored_part_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
