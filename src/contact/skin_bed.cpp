@@ -15,6 +15,8 @@ namespace {
 constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
 constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
 constexpr double aside = 0.005;         // of the force along the skin's normal, across it, up to which it counts as none
+constexpr double sliver = 0.1;          // width over depth, or over the block's inradius, of what is overlapped from the side
+constexpr double stands_out = 4;        // depth over that of the other faces of its direction
 constexpr double steep = 0.02;          // facets of the block steeper than this against the normal show no area
 
 using Polygon = std::vector<Vec3>;      // (u, v, depth) in the face's axes
@@ -94,8 +96,10 @@ struct Sunk {
   std::size_t face;
   double area = 0, volume = 0;
   Vec3 moment = Vec3::Zero();
+  double reach_sq = 0;   // of what is farthest from its middle [m^2]
   double depth() const { return volume / area; }
   Vec3 middle() const { return moment / area; }
+  double width() const { return area / (2 * std::sqrt(reach_sq)); }   // of the footprint, at least
 };
 
 class BedFinder {
@@ -119,11 +123,12 @@ class BedFinder {
   void run(std::vector<Footprint>& out) {
     for (std::size_t f = 0; f < faces_.size(); ++f) cover(f);
     measure();
+    measure_widths();
     edge_ = std::count_if(directions_.begin(), directions_.end(), [](const Direction& d) { return d.area > 0; }) > 1;
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !across(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
+      if (d.area + d.near_area > 0 && !across(pieces_[i].face) && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
     }
     std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
@@ -223,18 +228,45 @@ class BedFinder {
     }
   }
 
+  const Sunk& sunk(std::size_t face) const {
+    return *std::find_if(sunk_.begin(), sunk_.end(), [&](const Sunk& s) { return s.face == face; });
+  }
+
+  bool narrow(const Sunk& s) const { return s.area > 0 && s.width() < sliver * std::min(s.depth(), block_.inradius); }
+
+  /// True where a block beside the structure overlaps little of its rim, but all along a side: a strip far deeper than it is wide, and than all else that the block
+  /// sinks into that way. Its columns would press across the way that the block came.
+  bool from_the_side(std::size_t face) const {
+    const Sunk& s = sunk(face);
+    if (!narrow(s)) return false;
+    double area = 0, volume = 0;
+    for (const Sunk& o : sunk_)
+      if (direction_[o.face] == direction_[face] && !narrow(o)) area += o.area, volume += o.volume;
+    return s.depth() * area > stands_out * volume || area == 0;
+  }
+
   /// True where the block lies across a convex edge of the structure, by far less deep below the face on the other side of it: it presses there, and the same
   /// overlap is not counted twice. Face by face: in a pocket the block lies across edges on all its sides.
   bool across(std::size_t face) const {
-    const auto d = std::find_if(sunk_.begin(), sunk_.end(), [&](const Sunk& s) { return s.face == face; });
-    if (!(d->area > 0)) return false;
+    const Sunk& d = sunk(face);
+    if (!(d.area > 0)) return false;
     const Vec3& below = faces_[face].normal;
     return std::any_of(sunk_.begin(), sunk_.end(), [&](const Sunk& e) {
-      if (!(e.area > 0) || direction_[e.face] == direction_[face] || 2 * e.depth() >= d->depth()) return false;
+      if (!(e.area > 0) || direction_[e.face] == direction_[face] || 2 * e.depth() >= d.depth()) return false;
       const Vec3& other = faces_[e.face].normal;
-      const Vec3 apart = d->middle() - e.middle();
-      return other.dot(below) >= -0.5 && other.dot(apart) < e.depth() && -below.dot(apart) < d->depth();
+      const Vec3 apart = d.middle() - e.middle();
+      return other.dot(below) >= -0.5 && other.dot(apart) < e.depth() && -below.dot(apart) < d.depth();
     });
+  }
+
+  void measure_widths() {
+    std::size_t i = 0;   // pieces follow the order of the faces
+    for (const Piece& p : pieces_) {
+      while (sunk_[i].face != p.face) ++i;
+      Sunk& s = sunk_[i];
+      if (!p.sunk || !(s.area > 0)) continue;
+      for (const Vec3& x : p.polygon) s.reach_sq = std::max(s.reach_sq, (faces_[p.face].place(x) - s.middle()).squaredNorm());
+    }
   }
 
   /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.

@@ -276,6 +276,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
       if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
   }
   stored_half_ -= f.elastic;
+  books_.eroded_energy += f.elastic;   // as of a cell that erodes
   report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, cells.size(), f.mass));
   return f;
 }

@@ -92,8 +92,9 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       }
       const double kinetic = 0.5 * f.mass * v.squaredNorm() + 0.5 * w.dot(b.inertia * w);
       system->add_block(b, f.centroid, v, w);
-      // The strain energy it took along and the difference between lumped and polyhedral kinetic energy are booked here.
-      system->state().ledger.algorithmic += f.kinetic + f.elastic - kinetic;
+      // What its nodes moved against each other dies out within the piece; its strain energy is the structure's loss by breaking.
+      const double within = f.kinetic - kinetic;
+      (within > 0 ? system->state().ledger.damping_work : system->state().ledger.algorithmic) += within;
       born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson, static_cast<int>(q)});
     }
     if (!born.empty()) structures[q].index = coupling::moving_index(structures[q].structure->surface());
