@@ -13,6 +13,7 @@ namespace {
 #include <toml++/toml.h>
 
 #include "scene/document.hpp"
+#include "scene/toml_text.hpp"
 
 namespace talus::scene {
 namespace {
@@ -55,25 +56,28 @@ Node convert(const toml::node& node, const std::string& file) {
 }  // namespace
 
 Node parse_toml(const std::string& text, const std::string& file, std::vector<Problem>& problems) {
-  try {
-    const toml::table table = toml::parse(text, file);
-    return convert(table, file);
-  } catch (const toml::parse_error& error) {
-    Problem problem;
-    problem.file = file;
-    problem.line = static_cast<int>(error.source().begin.line);
-    problem.column = static_cast<int>(error.source().begin.column);
-    problem.rule = fmt::format("not TOML: {}", error.description());
-    problem.remedy = "correct the syntax here; the rest of the file was not read";
-    problems.push_back(std::move(problem));
-  } catch (const std::runtime_error& error) {
-    Problem problem;
-    problem.file = file;
-    problem.line = problem.column = 1;
-    problem.rule = fmt::format("not TOML: {}", error.what());
-    problem.remedy = "look for a key or a bracket that is damaged";
-    problems.push_back(std::move(problem));
+  Problem problem;
+  problem.file = file;
+  problem.line = problem.column = 1;
+  if (const auto foreign = foreign_letter(text)) {
+    problem.line = foreign->line;
+    problem.column = foreign->column;
+    problem.rule = fmt::format("not TOML: {} stands outside quotes", foreign->letter);
+    problem.remedy = "put what contains it in quotes, a unit as in \"28 deg\"; the rest of the file was not read";
+  } else {
+    try {
+      return convert(toml::parse(text, file), file);
+    } catch (const toml::parse_error& error) {
+      problem.line = static_cast<int>(error.source().begin.line);
+      problem.column = static_cast<int>(error.source().begin.column);
+      problem.rule = fmt::format("not TOML: {}", error.description());
+      problem.remedy = "correct the syntax here; the rest of the file was not read";
+    } catch (const std::runtime_error& error) {
+      problem.rule = fmt::format("not TOML: {}", error.what());
+      problem.remedy = "look for a key or a bracket that is damaged";
+    }
   }
+  problems.push_back(std::move(problem));
   Node empty;
   empty.kind = Node::Kind::table;
   empty.bad = true;
@@ -83,6 +87,7 @@ Node parse_toml(const std::string& text, const std::string& file, std::vector<Pr
 Node parse_toml_value(const std::string& text, const std::string& file) {
   Node node;
   try {
+    if (foreign_letter(text)) throw std::runtime_error("a letter beyond ASCII");
     const toml::table table = toml::parse("value = " + text, file);
     if (table.size() == 1 && table.contains("value")) {
       node = convert(*table.get("value"), file);
