@@ -63,6 +63,15 @@ TEST(FastStrain, ATornCellTakesItsFractureEnergyAtAnyRate) {
     }
 }
 
+TEST(FastStrain, ForcesDoTheWorkOfPlasticFlow) {
+  const Torn slow = drive("concrete-cdpm2", -10, -0.08, false, 0.2);
+  for (const double rate : {-1e2, -1e3}) {
+    const Torn fast = drive("concrete-cdpm2", rate, -0.08, false, 0.2);
+    EXPECT_NEAR(fast.dissipated / slow.dissipated, 1, 0.03) << rate;   // its return is of first order in the increment
+    EXPECT_LT(std::abs(fast.algorithmic) / slow.dissipated, 0.01) << rate;
+  }
+}
+
 TEST(FastStrain, ForcesDoTheWorkOfCrushing) {
   for (const double poisson : {1e-9, 0.2}) {   // with sides that stand free of pressure, and confined
     const Torn slow = drive("concrete", -10, -0.08, false, poisson);
