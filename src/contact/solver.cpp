@@ -79,12 +79,14 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
         system.touch.push_back(every[i]);
         search.p.push_back(every_p[i]);
       }
+    system.list();
     system.velocities(search.p, search.v);
     search.best = INFINITY;
     search.consider(search.p, search.v, system.residual(search.v, search.p));
     const bool done = search.best <= tolerance || search.run(settings, report);
     for (int i = 0, k = 0; i < nc; ++i) every_p[i] = chosen[i] ? search.best_p[k++] : Vec3::Zero();
     system.touch = every;
+    system.list();
     search.best_p = every_p;
     search.best = system.residual(search.best_v, every_p);
     const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;

@@ -51,38 +51,41 @@ void Hessian::prepare(const System& system) {
   lu.analyse(sizes_, pairs_);
 }
 
+/// Column by column of bodies, each written by one thread; every block adds its contacts in ascending order.
 void Hessian::assemble(const System& system, const Mat3* derivative, const unsigned char* state) {
   lu.set_zero();
-  for (std::size_t b = 0; b < system.body.size(); ++b) {
-    const int m = system.ndof[b];
-    std::copy_n(system.mass.data() + system.matrix[b], m * m, lu.diagonal(static_cast<int>(b)));
-  }
-  static thread_local std::vector<double> T;
-  for (int i = 0; i < system.contacts(); ++i) {
+  in_ranges(static_cast<int>(system.body.size()), bodies_at_once, [&](int from, int to) {
+    for (int b = from; b < to; ++b) assemble_column(system, derivative, state, b);
+  });
+}
+
+void Hessian::assemble_column(const System& system, const Mat3* derivative, const unsigned char* state, int body) {
+  const int n = system.ndof[body];
+  std::copy_n(system.mass.data() + system.matrix[body], n * n, lu.diagonal(body));
+  static thread_local std::vector<double> T;   // D J
+  T.resize(3 * static_cast<std::size_t>(n));
+  for (int e = system.first_of_body[body]; e < system.first_of_body[body + 1]; ++e) {
+    const auto [i, at] = system.of_body[e];
     if (state && state[i] == open) continue;
     const Touch& t = system.touch[i];
     const Mat3& D = derivative[i];
-    int pair = first_pair_[i];
-    for (int b = 0; b < t.count; ++b) {
-      const TouchTerm& tb = system.terms[t.first + b];
-      const double* Jb = system.J.data() + tb.at;
-      T.resize(std::max<std::size_t>(T.size(), 3 * tb.n));
-      for (int r = 0; r < 3; ++r)
-        for (int c = 0; c < tb.n; ++c)
-          T[r * tb.n + c] = D(r, 0) * Jb[c] + D(r, 1) * Jb[tb.n + c] + D(r, 2) * Jb[2 * tb.n + c];
-      for (int a = 0; a < t.count; ++a) {
-        const TouchTerm& ta = system.terms[t.first + a];
-        double* H;
-        if (a == b) {
-          H = lu.diagonal(ta.body);
-        } else {
-          // Pairs of terms are numbered (0,1), (0,2), ..., (1,2), ...
-          const int lo = std::min(a, b), hi = std::max(a, b);
-          const int index = pair_of_[pair + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1];
-          H = ta.body < tb.body ? lu.upper(index) : lu.lower(index);
-        }
-        add_block(system.J.data() + ta.at, ta.n, T.data(), tb.n, H);
+    const double* J = system.J.data() + at;
+    for (int r = 0; r < 3; ++r)
+      for (int c = 0; c < n; ++c) T[r * n + c] = D(r, 0) * J[c] + D(r, 1) * J[n + c] + D(r, 2) * J[2 * n + c];
+    int b = 0;   // the body's place in the contact
+    while (system.terms[t.first + b].body != body) ++b;
+    for (int a = 0; a < t.count; ++a) {
+      const TouchTerm& ta = system.terms[t.first + a];
+      double* H;
+      if (a == b) {
+        H = lu.diagonal(body);
+      } else {
+        // Pairs of terms are numbered (0,1), (0,2), ..., (1,2), ...
+        const int lo = std::min(a, b), hi = std::max(a, b);
+        const int index = pair_of_[first_pair_[i] + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1];
+        H = ta.body < body ? lu.upper(index) : lu.lower(index);
       }
+      add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
     }
   }
 }

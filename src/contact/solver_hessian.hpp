@@ -17,6 +17,8 @@ class Hessian {
   void assemble(const System& system, const Mat3* derivative, const unsigned char* state);
 
  private:
+  void assemble_column(const System& system, const Mat3* derivative, const unsigned char* state, int body);
+
   std::vector<int> sizes_;
   std::vector<std::pair<int, int>> pairs_;
   std::vector<std::pair<std::uint64_t, int>> keys_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace talus::contact::detail {
 
@@ -45,6 +46,7 @@ void Interior::begin(double delta) {
   D_.resize(nc);
   constant_.resize(nc);
   un_.resize(nc);
+  products_.resize(2 * static_cast<std::size_t>(nc));
   for (auto* x : {&step_, &rhs_, &force_, &vp_}) x->resize(n);
   count_ = 0;
   lag_ = 0;
@@ -70,27 +72,32 @@ void Interior::begin(double delta) {
 /// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products [m^2/s^2].
 double Interior::measure() {
   const System& system = *system_;
-  double sum = 0;
-  vp_ = system.v_hat;
-  for (int i = 0; i < system.contacts(); ++i) {
-    const Touch& t = system.touch[i];
-    if (!(t.w > 0)) continue;
-    system.push(t, p_[i], vp_.data());
-    un_[i] = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
-    const Pair& q = pairs_[i];
-    sum += t.w * q.P * q.y;
-    if (q.frictional) sum += t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));
-  }
-  return sum / count_;
+  system.velocities(p_, vp_);
+  in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      products_[2 * i] = products_[2 * i + 1] = 0;
+      if (!(t.w > 0)) continue;
+      un_[i] = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
+      const Pair& q = pairs_[i];
+      products_[2 * i] = t.w * q.P * q.y;
+      if (q.frictional) products_[2 * i + 1] = t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));
+    }
+  });
+  return std::accumulate(products_.begin(), products_.end(), 0.0) / count_;   // one after the other, whatever the threads
 }
 
 /// Most contacts are there before the last few, which hold up the whole path: sweeps from its point. True if they settle all.
 bool Interior::settle(const InteriorOptions& options, Progress& progress) {
   settled_ = p_;
   settled_v_ = vp_;
-  local_.run(*system_, settled_, settled_v_, options.tolerance, options.sweeps);
-  system_->velocities(settled_, settled_v_);
-  const double after = system_->residual(settled_v_, settled_);
+  double after = INFINITY;
+  for (int round = 0; round < 3; ++round) {
+    local_.run(*system_, settled_, settled_v_, options.tolerance, options.sweeps);
+    system_->velocities(settled_, settled_v_);
+    after = system_->residual(settled_v_, settled_);
+    if (after <= options.tolerance || after > 2 * options.tolerance) break;   // so near, they cost less than the path
+  }
   if (after < progress.least) {
     progress.least = after;
     best_ = settled_;
@@ -162,68 +169,80 @@ void Interior::contact_equations(const Touch& t, Pair& q, std::size_t i, Phase p
 
 void Interior::right_hand_side(Phase phase, double tau) {
   const System& system = *system_;
-  for (int k = 0; k < system.n; ++k) rhs_[k] = -force_[k];
-  for (int i = 0; i < system.contacts(); ++i) {
-    const Touch& t = system.touch[i];
-    if (!(t.w > 0)) {
-      D_[i].setZero();
-      continue;
+  in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      if (t.w > 0) {
+        contact_equations(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
+      } else {
+        D_[i].setZero();
+        constant_[i].setZero();
+      }
     }
-    contact_equations(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
-    const Vec3& c = constant_[i];
-    for (int k = t.first; k < t.first + t.count; ++k) {
-      const TouchTerm& term = system.terms[k];
-      const double* J = system.J.data() + term.at;
-      for (int r = 0; r < term.n; ++r) rhs_[term.v + r] += J[r] * c.x() + J[term.n + r] * c.y() + J[2 * term.n + r] * c.z();
+  });
+  in_ranges(static_cast<int>(system.body.size()), bodies_at_once, [&](int from, int to) {
+    for (int b = from; b < to; ++b) {
+      double* x = rhs_.data() + system.offset[b];
+      for (int r = 0; r < system.ndof[b]; ++r) x[r] = -force_[system.offset[b] + r];
+      for (int e = system.first_of_body[b]; e < system.first_of_body[b + 1]; ++e) {
+        const TouchOfBody& of = system.of_body[e];
+        add_transposed(system.J.data() + of.at, system.ndof[b], constant_[of.contact], x);
+      }
     }
-  }
+  });
 }
 
 /// Every contact's step from that of the velocities; returns the longest that all of them admit.
 double Interior::steps(Phase phase, double tau) {
+  in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i)
+      if (const Touch& t = system_->touch[i]; t.w > 0) contact_step(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
+  });
   double alpha = 1;
-  for (int i = 0; i < system_->contacts(); ++i) {
-    const Touch& t = system_->touch[i];
-    if (!(t.w > 0)) continue;
-    Pair& q = pairs_[i];
-    const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu, target = tau / t.w;
-    const double g = mu * p_[i].x() + t.law.cohesion;
-    const Vec3 du = system_->relative(t, step_.data());
-    const double r2 = un_[i] - a * q.gamma - q.y;
-    const Vec3 dp = constant_[i] - D_[i] * du;
-    double dgamma = 0;
-    Vec2 dut = Vec2::Zero();
-    if (q.frictional) {
-      dut = du.tail<2>() + t.compliance.tail<2>().cwiseProduct(dp.tail<2>());
-      double r0 = target - (g * q.gamma + q.pt.dot(q.ut));
-      if (phase == Phase::corrector) r0 -= mu * q.dP * q.dgamma + q.dpt.dot(q.dut);
-      dgamma = (r0 - q.gamma * mu * dp.x() - q.ut.dot(dp.tail<2>()) - q.pt.dot(dut)) / g;
-    }
-    q.dP = dp.x();
-    q.dpt = dp.tail<2>();
-    q.dgamma = dgamma;
-    q.dut = dut;
-    q.dy = du.x() + t.compliance.x() * dp.x() - b * dgamma + r2;
-    q.own = 1;
-    if (q.dP < 0) q.own = std::min(q.own, -q.P / q.dP);
-    if (q.dy < 0) q.own = std::min(q.own, -q.y / q.dy);
-    if (q.frictional) q.own = std::min({q.own, cone_step(g, q.pt, mu * q.dP, q.dpt), cone_step(q.gamma, q.ut, q.dgamma, q.dut)});
-    alpha = std::min(alpha, q.own);
-  }
+  for (int i = 0; i < system_->contacts(); ++i)
+    if (system_->touch[i].w > 0) alpha = std::min(alpha, pairs_[i].own);
   return alpha;
 }
 
-double Interior::complementarity_after(double alpha) const {
-  double sum = 0;
-  for (int i = 0; i < system_->contacts(); ++i) {
-    const Touch& t = system_->touch[i];
-    if (!(t.w > 0)) continue;
-    const Pair& q = pairs_[i];
-    sum += t.w * (q.P + alpha * q.dP) * (q.y + alpha * q.dy);
-    if (q.frictional)
-      sum += t.w * ((t.law.mu * (p_[i].x() + alpha * q.dP) + t.law.cohesion) * (q.gamma + alpha * q.dgamma) + (q.pt + alpha * q.dpt).dot(q.ut + alpha * q.dut));
+/// The contact's step from that of the velocities, and how much of it the contact admits.
+void Interior::contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) const {
+  const double mu = t.law.mu, a = t.law.exact ? 0.0 : mu, b = t.law.exact ? lag_ * mu : mu, target = tau / t.w;
+  const double g = mu * p_[i].x() + t.law.cohesion;
+  const Vec3 du = system_->relative(t, step_.data());
+  const double r2 = un_[i] - a * q.gamma - q.y;
+  const Vec3 dp = constant_[i] - D_[i] * du;
+  double dgamma = 0;
+  Vec2 dut = Vec2::Zero();
+  if (q.frictional) {
+    dut = du.tail<2>() + t.compliance.tail<2>().cwiseProduct(dp.tail<2>());
+    double r0 = target - (g * q.gamma + q.pt.dot(q.ut));
+    if (phase == Phase::corrector) r0 -= mu * q.dP * q.dgamma + q.dpt.dot(q.dut);
+    dgamma = (r0 - q.gamma * mu * dp.x() - q.ut.dot(dp.tail<2>()) - q.pt.dot(dut)) / g;
   }
-  return std::max(sum / count_, 0.0);
+  q.dP = dp.x();
+  q.dpt = dp.tail<2>();
+  q.dgamma = dgamma;
+  q.dut = dut;
+  q.dy = du.x() + t.compliance.x() * dp.x() - b * dgamma + r2;
+  q.own = 1;
+  if (q.dP < 0) q.own = std::min(q.own, -q.P / q.dP);
+  if (q.dy < 0) q.own = std::min(q.own, -q.y / q.dy);
+  if (q.frictional) q.own = std::min({q.own, cone_step(g, q.pt, mu * q.dP, q.dpt), cone_step(q.gamma, q.ut, q.dgamma, q.dut)});
+}
+
+double Interior::complementarity_after(double alpha) {
+  in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system_->touch[i];
+      products_[2 * i] = products_[2 * i + 1] = 0;
+      if (!(t.w > 0)) continue;
+      const Pair& q = pairs_[i];
+      products_[2 * i] = t.w * (q.P + alpha * q.dP) * (q.y + alpha * q.dy);
+      if (q.frictional)
+        products_[2 * i + 1] = t.w * ((t.law.mu * (p_[i].x() + alpha * q.dP) + t.law.cohesion) * (q.gamma + alpha * q.dgamma) + (q.pt + alpha * q.dpt).dot(q.ut + alpha * q.dut));
+    }
+  });
+  return std::max(std::accumulate(products_.begin(), products_.end(), 0.0) / count_, 0.0);
 }
 
 /// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. False if a pivot vanishes.
@@ -247,9 +266,9 @@ bool Interior::direction(double complementarity, double& alpha) {
 void Interior::advance(double alpha, double complementarity, bool recentre) {
   const double step = std::min(1.0, alpha * 0.99), inside = 0.5 * std::sqrt(complementarity);
   for (int k = 0; k < system_->n; ++k) v_[k] += step * step_[k];
-  for (int i = 0; i < system_->contacts(); ++i) {
+  const auto move = [&](std::size_t i) {
     const Touch& t = system_->touch[i];
-    if (!(t.w > 0)) continue;
+    if (!(t.w > 0)) return;
     Pair& q = pairs_[i];
     q.P += step * q.dP;
     q.y += step * q.dy;
@@ -257,11 +276,14 @@ void Interior::advance(double alpha, double complementarity, bool recentre) {
     q.pt += step * q.dpt;
     q.ut += step * q.dut;
     p_[i] = Vec3(q.P + t.law.floor, q.pt.x(), q.pt.y());
-    if (!recentre || alpha >= short_step || q.own >= 1.7 * alpha) continue;
+    if (!recentre || alpha >= short_step || q.own >= 1.7 * alpha) return;
     place_impulse(t, q, p_[i], inside);
     q.y = std::max(q.y, inside);
     if (q.frictional) q.gamma = std::max(q.gamma, q.ut.norm() + slip_slack(t.law, inside));
-  }
+  };
+  in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) move(static_cast<std::size_t>(i));
+  });
 }
 
 InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, const InteriorOptions& options) {

@@ -68,7 +68,8 @@ class Interior {
   void right_hand_side(Phase phase, double tau);
   void contact_equations(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau);
   double steps(Phase phase, double tau);
-  double complementarity_after(double alpha) const;
+  void contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) const;
+  double complementarity_after(double alpha);
   bool direction(double complementarity, double& alpha);
   void advance(double alpha, double complementarity, bool recentre);
 
@@ -81,7 +82,7 @@ class Interior {
   std::vector<Pair> pairs_;
   std::vector<Mat3> D_;
   std::vector<Vec3> constant_, p_, best_;
-  std::vector<double> un_, v_, step_, rhs_, force_, vp_, settled_v_;
+  std::vector<double> un_, products_, v_, step_, rhs_, force_, vp_, settled_v_;   // products_: the two complementary ones of every contact
   std::vector<Vec3> settled_;
   LocalSweeps local_;
 };

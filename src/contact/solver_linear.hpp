@@ -42,18 +42,38 @@ class BlockLU {
     int children = 0;
   };
   struct Entry { std::size_t value; int rows, cols, row, col; };  // block of H into a place of the front
+  struct Update { int front, part; std::size_t at; };   // what a front leaves to its parent, on the stack of a part
+  // Aligned, so that the order in which packets sum never depends on where the buffer happens to lie.
+  using Buffer = std::vector<double, Eigen::aligned_allocator<double>>;
+  /// A range of fronts, children first. Shared parts wait for no other, and threads take them in any order; which they are depends on the
+  /// pattern alone, and so do all sums.
+  struct Part {
+    int first = 0, last = 0;
+    bool shared = false;
+    int largest = 0;               // size of its fronts
+    std::vector<int> outside;      // bodies of its fronts that others eliminate
+    Buffer stack, front, upper, local, left;
+    std::vector<Update> updates;
+    std::vector<int> place;        // of every body in the front at hand
+  };
   void order(std::vector<int>& permutation) const;
   void symbolic(const std::vector<int>& permutation);
+  void part();
+  void gather_front(const Front& front, Part& part);
+  void add_child(const Front& kid, const double* U, const std::vector<int>& place, int m, double* F) const;
+  bool factor_part(int number);
+  void forward(Part& part, int number, double* x) const;
+  void backward(Part& part, double* x) const;
 
   int n_ = 0;
   std::vector<int> sizes_, offsets_;
   std::vector<std::pair<int, int>> pairs_;
   std::vector<std::size_t> diagonal_, upper_, lower_;
-  // Aligned, so that the order in which packets sum never depends on where the buffer happens to lie.
-  std::vector<double, Eigen::aligned_allocator<double>> values_, factor_, stack_, front_, upper_part_;
-  mutable std::vector<double> local_;
+  Buffer values_, factor_;
+  mutable std::vector<Part> parts_;      // with their buffers
+  std::vector<int> shared_, part_of_body_;
   std::vector<Front> fronts_;
-  std::vector<int> front_body_, front_offset_, pivot_rows_, place_;
+  std::vector<int> front_body_, front_offset_, pivot_rows_;
   std::vector<Entry> entries_;
 };
 

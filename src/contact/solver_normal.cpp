@@ -61,57 +61,59 @@ void NormalSweeps::push(const Row& row, double change, double* v) const {
   }
 }
 
-/// Returns the largest change, as a velocity [m/s].
-double NormalSweeps::sweep(bool forward, double* v) {
-  const std::size_t n = rows_.size();
-  double largest = 0;
-  for (std::size_t k = 0; k < n; ++k) {
-    const std::size_t i = forward ? k : n - 1 - k;
+void NormalSweeps::sweep(bool forward, double* v) {
+  order_->each(forward, true, [&](int i) {
     const Row& row = rows_[i];
-    if (!(row.diagonal > 0)) continue;
+    change_[i] = 0;
+    if (!(row.diagonal > 0)) return false;
     const double next = std::max(row.floor, p_[i] - (velocity(row, v) + row.compliance * p_[i]) / row.diagonal);
     const double change = next - p_[i];
-    if (change == 0) continue;
+    if (change == 0) return false;
     p_[i] = next;
     push(row, change, v);
-    largest = std::max(largest, row.diagonal * std::abs(change));
-  }
-  return largest;
+    change_[i] = row.diagonal * std::abs(change);
+    return true;
+  });
 }
 
 /// On along the last direction, within the bounds; the direction takes up what the last two sweeps changed.
 void NormalSweeps::carry_on(double momentum, double* v) {
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  order_->each(true, true, [&](int i) {
     const double step = p_[i] - before_[i];
     direction_[i] *= momentum;
     const double next = std::max(rows_[i].floor, p_[i] + direction_[i]), change = next - p_[i];
     direction_[i] += step;
-    if (change == 0) continue;
+    if (change == 0) return false;
     p_[i] = next;
     push(rows_[i], change, v);
-  }
+    return true;
+  });
 }
 
-double NormalSweeps::residual(const double* v) const {
+double NormalSweeps::residual(const double* v) {
+  in_ranges(static_cast<int>(rows_.size()), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Row& row = rows_[i];
+      change_[i] = row.scale > 0 ? row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - (velocity(row, v) + row.compliance * p_[i]) / row.scale)) : 0;
+    }
+  });
   double worst = 0;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const Row& row = rows_[i];
-    if (!(row.scale > 0)) continue;
-    const double u = velocity(row, v) + row.compliance * p_[i];
-    const double r = row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - u / row.scale));
+  for (const double r : change_)
     if (!(r <= worst)) worst = r;   // keeps a NaN
-  }
   return worst;
 }
 
 void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
   gather(system, p);
+  order_ = &system.order;
   direction_.assign(rows_.size(), 0.0);
+  change_.assign(rows_.size(), 0.0);
   double last = 0;
   for (int sweeps = 0; sweeps < budget; sweeps += 3) {
     before_ = p_;
     sweep(true, v.data());
-    const double largest = sweep(false, v.data());
+    sweep(false, v.data());
+    const double largest = *std::max_element(change_.begin(), change_.end());
     double square = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) square += rows_[i].diagonal * (p_[i] - before_[i]) * (p_[i] - before_[i]);
     const double momentum = sweeps > 0 && square < last ? square / last : 0;

@@ -27,14 +27,15 @@ class NormalSweeps {
   void gather(const System& system, const std::vector<Vec3>& p);
   double velocity(const Row& row, const double* v) const;
   void push(const Row& row, double change, double* v) const;
-  double sweep(bool forward, double* v);
+  void sweep(bool forward, double* v);
   void carry_on(double momentum, double* v);
-  double residual(const double* v) const;
+  double residual(const double* v);
 
   std::vector<Row> rows_;
   std::vector<Term> terms_;
   std::vector<double> coefficients_;   // per term J, then Y = J A^-1, n each
-  std::vector<double> p_, before_, direction_;
+  const VisitingOrder* order_ = nullptr;
+  std::vector<double> p_, before_, direction_, change_;   // change_: of the last sweep, later the residuals [m/s]
 };
 
 }  // namespace talus::contact::detail

@@ -66,6 +66,16 @@ double Search::swept(int count) {
   return residual;
 }
 
+/// From p, visits to the contacts that are off, `count` per contact at most; their residual.
+double Search::visited(int count) {
+  system.velocities(p, v);
+  local_.run(system, p, v, tolerance_, count);
+  system.velocities(p, v);
+  const double residual = system.residual(v, p);
+  consider(p, v, residual);
+  return residual;
+}
+
 bool Search::swept_while_it_pays() {
   p = best_p;
   double before = best;
@@ -156,7 +166,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     }
     p = best_p;
     if (round < 2) {
-      const double after = swept(20);
+      const double after = small ? swept(20) : visited(30);
       if (best <= sufficient_ || interior(round == 0 ? after : 0.3 * after)) return true;
     } else {
       start_from_nothing();

@@ -6,6 +6,7 @@
 #include "contact/solver_dual.hpp"
 #include "contact/solver_interior.hpp"
 #include "contact/solver_newton.hpp"
+#include "contact/solver_sweep.hpp"
 #include "contact/solver_system.hpp"
 
 namespace talus::contact::detail {
@@ -30,7 +31,8 @@ class Search {
   /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton method is tried from every
   /// convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
-  double swept(int count);   // residual after sweeps from p
+  double swept(int count);
+  double visited(int count);   // residual after sweeps from p
   bool swept_while_it_pays();
   void start_from_nothing();
 
@@ -43,6 +45,7 @@ class Search {
   Newton newton_{hessian_};
   Interior interior_{hessian_};
   DualNewton dual_;
+  LocalSweeps local_;
   std::vector<Vec3> trial_p_;
   std::vector<double> trial_v_;
 };

@@ -1,6 +1,7 @@
 #include "contact/solver_sweep.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace talus::contact::detail {
@@ -51,48 +52,34 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
   return p;
 }
 
-double sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps) {
-  const int nc = system.contacts();
-  double largest = 0;
-  for (int s = 0; s < sweeps; ++s) {
-    largest = 0;
-    for (int k = 0; k < nc; ++k) {
-      const int i = s % 2 == 0 ? k : nc - 1 - k;
+void sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps) {
+  for (int s = 0; s < sweeps; ++s)
+    system.order.each(s % 2 == 0, true, [&](int i) {
       const Touch& t = system.touch[i];
-      if (!(t.w > 0)) continue;
+      if (!(t.w > 0)) return false;
       const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
       const Vec3 next = solve_one(t, u - t.W * p[i], p[i]);
       const Vec3 change = next - p[i];
-      if (change == Vec3::Zero()) continue;
+      if (change == Vec3::Zero()) return false;
       p[i] = next;
       system.push(t, change, v.data());
-      largest = std::max(largest, t.w * change.cwiseAbs().maxCoeff());
-    }
-  }
-  return largest;
-}
-
-void LocalSweeps::list_contacts(const System& system) {
-  const int nc = system.contacts();
-  first_.assign(system.body.size() + 1, 0);
-  for (const Touch& t : system.touch)
-    for (int k = t.first; k < t.first + t.count; ++k) ++first_[system.terms[k].body + 1];
-  for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-  touching_.resize(first_.back());
-  for (int i = nc - 1; i >= 0; --i)   // first_[b + 1] runs down to the start of body b's list
-    for (int k = system.touch[i].first; k < system.touch[i].first + system.touch[i].count; ++k) touching_[--first_[system.terms[k].body + 1]] = i;
-  first_.push_back(static_cast<int>(touching_.size()));
+      return true;
+    });
 }
 
 /// Marks the contacts whose residual is above the limit; false if none is.
 bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit) {
-  bool any = false;
-  for (int i = 0; i < system.contacts(); ++i) {
-    const Touch& t = system.touch[i];
-    const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-    pending_[i] = natural_residual(t.law, u, p[i], t.w, 0) > limit;
-    any = any || pending_[i] != 0;
-  }
+  std::atomic<bool> any = false;
+  in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
+    bool some = false;
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
+      pending_[i] = natural_residual(t.law, u, p[i], t.w, 0) > limit;
+      some = some || pending_[i] != 0;
+    }
+    if (some) any.store(true, std::memory_order_relaxed);
+  });
   return any;
 }
 
@@ -112,31 +99,31 @@ bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::
 
 void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
   const int nc = system.contacts();
-  list_contacts(system);
   pending_.assign(nc, 0);
   visits_.assign(nc, 0);
   const double change_that_counts = 0.05 * tolerance;
   mark(system, p, v, change_that_counts);
   const long most = static_cast<long>(budget) * nc;
-  long visits = 0, before = -1;
+  long visits = 0, last = nc;   // in all, in the last round
   for (int round = 0; visits < most; ++round) {
-    if (visits == before) {   // many changes too small to count may add up
+    if (last == 0) {   // many changes too small to count may add up
       if (!mark(system, p, v, 0.7 * tolerance)) return;
       visits += nc / 4;
+      last = nc;
     }
-    before = visits;
-    for (int k = 0; k < nc; ++k) {
-      const int i = round % 2 == 0 ? k : nc - 1 - k;
-      if (pending_[i] == 0) continue;
+    last = system.order.each(round % 2 == 0, last > few, [&](int i) {
+      if (pending_[i] == 0) return false;
       pending_[i] = 0;
-      ++visits;
-      if (!visit(system, i, p, v, change_that_counts)) continue;
+      if (!visit(system, i, p, v, change_that_counts)) return true;
       const Touch& t = system.touch[i];
       for (int e = t.first; e < t.first + t.count; ++e) {
         const int b = system.terms[e].body;
-        for (int o = first_[b + 1]; o < first_[b + 2]; ++o) pending_[touching_[o]] = 1;
+        // A neighbour of two that are visited at once is marked by both.
+        for (int o = system.first_of_body[b]; o < system.first_of_body[b + 1]; ++o) std::atomic_ref(pending_[system.of_body[o].contact]).store(1, std::memory_order_relaxed);
       }
-    }
+      return true;
+    });
+    visits += last;
   }
 }
 

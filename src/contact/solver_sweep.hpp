@@ -14,9 +14,8 @@ constexpr SlipAccuracy visited{30, 1e-6};     // by visits: a contact left half 
 /// One contact: the impulse that solves its own Coulomb problem to a few digits, starting from p.
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& p, SlipAccuracy accuracy = swept);
 
-/// `sweeps` passes, forward and backward in turn. v must be v(p); both are updated. Returns the largest change
-/// w |dp| of the last pass [m/s].
-double sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps);
+/// `sweeps` passes, forward and backward in turn. v must be v(p); both are updated.
+void sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps);
 
 /// Gauss-Seidel where it is still needed: a contact is visited again only after its own impulse or that of a neighbour has changed by more
 /// than a small part of the tolerance. Few contacts that are far off cost little, however large the problem. Some would go round in a cycle,
@@ -28,11 +27,10 @@ class LocalSweeps {
 
  private:
   static constexpr int undamped_visits = 10;
-  void list_contacts(const System& system);
+  static constexpr long few = 1000;     // visits of a round that are not worth a second thread
   bool mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit);
   bool visit(const System& system, int contact, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts);
 
-  std::vector<int> first_, touching_;   // contacts of every body, one after the other
   std::vector<int> visits_;
   std::vector<char> pending_;
 };

@@ -30,6 +30,15 @@ inline void multiply_transposed(const double* J, int n, const Vec3& p, double* x
 
 }  // namespace
 
+void add_transposed(const double* rows, int n, const Vec3& p, double* x) {
+  switch (n) {
+    case 3: return multiply_transposed<3>(rows, 3, p, x);
+    case 6: return multiply_transposed<6>(rows, 6, p, x);
+    case 12: return multiply_transposed<12>(rows, 12, p, x);
+    default: return multiply_transposed<0>(rows, n, p, x);
+  }
+}
+
 Vec3 System::relative(const Touch& t, const double* x) const {
   Vec3 u = Vec3::Zero();
   for (int k = t.first; k < t.first + t.count; ++k) {
@@ -48,20 +57,20 @@ Vec3 System::relative(const Touch& t, const double* x) const {
 void System::push(const Touch& t, const Vec3& p, double* x) const {
   for (int k = t.first; k < t.first + t.count; ++k) {
     const TouchTerm& term = terms[k];
-    const double* y = Y.data() + term.at;
-    switch (term.n) {
-      case 3: multiply_transposed<3>(y, 3, p, x + term.v); break;
-      case 6: multiply_transposed<6>(y, 6, p, x + term.v); break;
-      case 12: multiply_transposed<12>(y, 12, p, x + term.v); break;
-      default: multiply_transposed<0>(y, term.n, p, x + term.v);
-    }
+    add_transposed(Y.data() + term.at, term.n, p, x + term.v);
   }
 }
 
 void System::velocities(const std::vector<Vec3>& p, std::vector<double>& v) const {
-  v = v_hat;
-  for (int i = 0; i < contacts(); ++i)
-    if (p[i] != Vec3::Zero()) push(touch[i], p[i], v.data());
+  v.resize(v_hat.size());
+  in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
+    for (int b = from; b < to; ++b) {
+      double* x = v.data() + offset[b];
+      std::copy_n(v_hat.data() + offset[b], ndof[b], x);
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
+        if (const Vec3& q = p[of_body[e].contact]; q != Vec3::Zero()) add_transposed(Y.data() + of_body[e].at, ndof[b], q, x);
+    }
+  });
 }
 
 double System::apply_mass(const double* x, double* y) const {
@@ -80,24 +89,41 @@ double System::apply_mass(const double* x, double* y) const {
 }
 
 void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const {
-  reach.assign(body.size(), 0.0);
-  for (int i = 0; i < contacts(); ++i) {
-    const Touch& t = touch[i];
-    const double r = t.w * p[i].cwiseAbs().maxCoeff();
-    for (int k = t.first; k < t.first + t.count; ++k) reach[terms[k].body] = std::max(reach[terms[k].body], r);
-  }
+  reach.resize(body.size());
+  in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
+    for (int b = from; b < to; ++b) {
+      reach[b] = 0;
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) reach[b] = std::max(reach[b], touch[of_body[e].contact].w * p[of_body[e].contact].cwiseAbs().maxCoeff());
+    }
+  });
 }
 
 double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p) const {
-  double worst = 0;
   impulse_reach(p, reach_);
-  for (int i = 0; i < contacts(); ++i) {
-    const Touch& t = touch[i];
-    const Vec3 u = relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-    const double r = natural_residual(t.law, u, p[i], t.w, round_off(t, reach_));
+  of_contact_.resize(touch.size());
+  in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = touch[i];
+      const Vec3 u = relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
+      of_contact_[i] = natural_residual(t.law, u, p[i], t.w, round_off(t, reach_));
+    }
+  });
+  double worst = 0;
+  for (const double r : of_contact_)
     if (!(r <= worst)) worst = r;  // keeps a NaN
-  }
   return worst;
+}
+
+void System::list() {
+  first_of_body.assign(body.size() + 2, 0);
+  for (const Touch& t : touch)
+    for (int k = t.first; k < t.first + t.count; ++k) ++first_of_body[terms[k].body + 2];
+  for (std::size_t b = 2; b < first_of_body.size(); ++b) first_of_body[b] += first_of_body[b - 1];
+  of_body.resize(first_of_body.back());
+  for (int i = 0; i < contacts(); ++i)   // first_of_body[b + 1] runs up to the end of body b's list
+    for (int k = touch[i].first; k < touch[i].first + touch[i].count; ++k) of_body[first_of_body[terms[k].body + 1]++] = {i, terms[k].at};
+  first_of_body.pop_back();
+  order.find(*this);
 }
 
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
@@ -207,6 +233,7 @@ void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
       t.W_inverse.setZero();
     }
   }
+  list();
 }
 
 }  // namespace talus::contact::detail

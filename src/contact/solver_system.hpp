@@ -13,6 +13,7 @@
 
 #include "contact/problem.hpp"
 #include "contact/solver_law.hpp"
+#include "contact/solver_order.hpp"
 
 namespace talus::contact::detail {
 
@@ -26,12 +27,21 @@ struct Touch {
   Mat3 W, W_inverse;
 };
 
+/// What a range of a parallel loop holds at least.
+constexpr int bodies_at_once = 64, contacts_at_once = 512;
+
+/// x += rows^T p of a 3 x n block, row by row.
+void add_transposed(const double* rows, int n, const Vec3& p, double* x);
+
 struct TouchTerm {
   int body = 0;          // active body
   int n = 0;             // its ndof
   int v = 0;             // its offset in the active velocities
   std::size_t at = 0;    // of J and Y in the pools
 };
+
+/// One contact of a body: its term's place in J and Y.
+struct TouchOfBody { int contact; std::size_t at; };
 
 struct System {
   // active bodies
@@ -44,8 +54,13 @@ struct System {
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
   std::vector<double> J, Y;
+  std::vector<int> first_of_body;              // into of_body, one more than bodies
+  std::vector<TouchOfBody> of_body;            // ascending contacts of every body
+  VisitingOrder order;
 
   void assemble(const ContactProblem& problem, bool exact_coulomb);
+  /// Lists of what bodies touch and the order of visits; again after `touch` was changed.
+  void list();
   int contacts() const { return static_cast<int>(touch.size()); }
 
   /// J_i x for the stacked velocities x.
@@ -69,7 +84,7 @@ struct System {
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
 
  private:
-  mutable std::vector<double> reach_;
+  mutable std::vector<double> reach_, of_contact_;
   std::vector<int> active_;  // problem body -> active body or -1
 };
 

@@ -17,6 +17,8 @@
 namespace talus::coupling {
 namespace {
 
+constexpr std::size_t pairs_for_arena = 100;   // of an island whose loops may share threads
+
 /// Union-find with the smallest index as root, so that the order of islands depends on the blocks alone.
 class Sets {
  public:
@@ -277,8 +279,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
     reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
   };
-  const bool worthwhile = p.islands.size() > 1 || (!p.islands.empty() && p.islands.front().pairs.size() >= IslandStepper::pairs_for_threads);
-  if (settings_.threads > 1 && worthwhile) {
+  // The loops of a large island share the threads of the arena that it runs in: with one thread as well, else they would take all that there are.
+  const bool large = std::any_of(p.islands.begin(), p.islands.end(), [](const Island& island) { return island.pairs.size() >= pairs_for_arena; });
+  if (large || (settings_.threads > 1 && p.islands.size() > 1)) {
     tbb::task_arena arena(settings_.threads);
     arena.execute([&] { tbb::parallel_for(std::size_t{0}, p.islands.size(), run); });
   } else {

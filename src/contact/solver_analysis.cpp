@@ -1,0 +1,271 @@
+// Symbolic part of the sparse factorisation: order of the bodies, fronts, and the parts of their tree that threads share.
+#include <suitesparse/amd.h>
+
+#include <algorithm>
+
+#include "contact/solver_linear.hpp"
+
+namespace talus::contact::detail {
+
+namespace {
+
+constexpr int dense_limit = 48;       // scalar size up to which one front is used
+constexpr int supernode_limit = 36;   // pivots beyond which relaxed amalgamation stops
+constexpr double work_to_share = 2e6; // multiplications of a factorisation from which on it is parted
+constexpr double share = 1.0 / 24;    // of the work, at most in one part
+
+/// Multiplications that the pivots of a front take.
+double work_of(double size, double pivots) {
+  const double rest = size - pivots;
+  return pivots * (rest * rest + rest * pivots + pivots * pivots / 3);
+}
+
+}  // namespace
+
+void BlockLU::analyse(const std::vector<int>& sizes, const std::vector<std::pair<int, int>>& pairs) {
+  if (sizes == sizes_ && pairs == pairs_) return;
+  sizes_ = sizes;
+  pairs_ = pairs;
+  const int nb = static_cast<int>(sizes_.size());
+  offsets_.resize(nb + 1);
+  offsets_[0] = 0;
+  diagonal_.resize(nb);
+  std::size_t at = 0;
+  for (int a = 0; a < nb; ++a) {
+    offsets_[a + 1] = offsets_[a] + sizes_[a];
+    diagonal_[a] = at;
+    at += static_cast<std::size_t>(sizes_[a]) * sizes_[a];
+  }
+  n_ = offsets_[nb];
+  upper_.resize(pairs_.size());
+  lower_.resize(pairs_.size());
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const std::size_t count = static_cast<std::size_t>(sizes_[pairs_[p].first]) * sizes_[pairs_[p].second];
+    upper_[p] = at;
+    lower_[p] = at + count;
+    at += 2 * count;
+  }
+  values_.resize(at);
+  fronts_.clear();
+  front_body_.clear();
+  front_offset_.clear();
+  entries_.clear();
+  if (n_ <= dense_limit) {
+    Front f;
+    f.bodies = f.pivot_bodies = nb;
+    f.pivots = f.size = n_;
+    for (int a = 0; a < nb; ++a) {
+      front_body_.push_back(a);
+      front_offset_.push_back(offsets_[a]);
+      entries_.push_back({diagonal_[a], sizes_[a], sizes_[a], offsets_[a], offsets_[a]});
+    }
+    for (std::size_t p = 0; p < pairs_.size(); ++p) {
+      const auto [a, b] = pairs_[p];
+      entries_.push_back({upper_[p], sizes_[a], sizes_[b], offsets_[a], offsets_[b]});
+      entries_.push_back({lower_[p], sizes_[b], sizes_[a], offsets_[b], offsets_[a]});
+    }
+    f.entries = static_cast<int>(entries_.size());
+    fronts_.push_back(f);
+    factor_.resize(static_cast<std::size_t>(n_) * n_);
+    pivot_rows_.resize(n_);
+    part();
+    return;
+  }
+  std::vector<int> permutation;
+  order(permutation);
+  symbolic(permutation);
+  part();
+}
+
+void BlockLU::order(std::vector<int>& permutation) const {
+  const int nb = static_cast<int>(sizes_.size());
+  std::vector<int> start(nb + 1, 0), row(2 * pairs_.size() + 1);
+  for (const auto& [a, b] : pairs_) {
+    ++start[a + 1];
+    ++start[b + 1];
+  }
+  for (int a = 0; a < nb; ++a) start[a + 1] += start[a];
+  std::vector<int> next(start.begin(), start.end() - 1);
+  // Sorted pairs give sorted columns: smaller neighbours first (as b), then the larger (as a).
+  for (const auto& [a, b] : pairs_) row[next[b]++] = a;
+  for (const auto& [a, b] : pairs_) row[next[a]++] = b;
+  permutation.resize(nb);
+  if (amd_order(nb, start.data(), row.data(), permutation.data(), nullptr, nullptr) < 0)
+    for (int a = 0; a < nb; ++a) permutation[a] = a;
+}
+
+void BlockLU::symbolic(const std::vector<int>& permutation) {
+  const int nb = static_cast<int>(sizes_.size());
+  std::vector<int> position(nb);
+  for (int k = 0; k < nb; ++k) position[permutation[k]] = k;
+  // Structure of every column in elimination order: its later neighbours and those of its children.
+  std::vector<std::vector<int>> structure(nb);
+  for (const auto& [a, b] : pairs_) {
+    const int i = std::min(position[a], position[b]), j = std::max(position[a], position[b]);
+    structure[i].push_back(j);
+  }
+  std::vector<int> parent(nb, -1), merged;
+  std::vector<std::vector<int>> child(nb);
+  for (int j = 0; j < nb; ++j) {
+    auto& s = structure[j];
+    std::sort(s.begin(), s.end());
+    for (int c : child[j]) {
+      merged.clear();
+      std::set_union(s.begin(), s.end(), structure[c].begin() + 1, structure[c].end(), std::back_inserter(merged));
+      s.swap(merged);
+    }
+    if (!s.empty()) {
+      parent[j] = s.front();
+      child[s.front()].push_back(j);
+    }
+  }
+  // Postorder, so that the update matrices form a stack.
+  std::vector<int> post, stack, visit(nb, 0);
+  post.reserve(nb);
+  for (int root = 0; root < nb; ++root) {
+    if (parent[root] >= 0) continue;
+    stack.push_back(root);
+    while (!stack.empty()) {
+      const int j = stack.back();
+      if (visit[j] < static_cast<int>(child[j].size()))
+        stack.push_back(child[j][visit[j]++]);
+      else {
+        post.push_back(j);
+        stack.pop_back();
+      }
+    }
+  }
+  std::vector<int> rank(nb);
+  for (int k = 0; k < nb; ++k) rank[post[k]] = k;
+  auto size_at = [&](int j) { return sizes_[permutation[j]]; };
+  // Relaxed supernodes: a column joins the front of its last child if that costs few explicit zeros.
+  std::vector<int> front_of(nb, -1), last;
+  std::vector<std::vector<int>> pivots;
+  for (int k = 0; k < nb; ++k) {
+    const int j = post[k];
+    int join = -1;
+    if (k > 0 && parent[post[k - 1]] == j) {
+      const int f = front_of[post[k - 1]];
+      int rest_child = 0, rest_own = size_at(j), own = 0;
+      for (int i : structure[post[k - 1]]) rest_child += size_at(i);
+      for (int i : structure[j]) rest_own += size_at(i);
+      for (int i : pivots[f]) own += size_at(i);
+      const int zeros = rest_own - rest_child;  // scalar rows added to each of the front's columns
+      if (zeros == 0 || (own + size_at(j) <= supernode_limit && zeros * own <= (rest_own * (own + size_at(j))) / 4)) join = f;
+    }
+    if (join < 0) {
+      join = static_cast<int>(pivots.size());
+      pivots.emplace_back();
+      last.push_back(j);
+    }
+    pivots[join].push_back(j);
+    last[join] = j;
+    front_of[j] = join;
+  }
+  const int nf = static_cast<int>(pivots.size());
+  fronts_.resize(nf);
+  std::vector<int> place(nb, -1);
+  std::size_t factor_size = 0;
+  int pivot_total = 0;
+  for (int f = 0; f < nf; ++f) {
+    Front& front = fronts_[f];
+    front = Front{};
+    front.first_body = static_cast<int>(front_body_.size());
+    int at = 0;
+    auto put = [&](int j) {
+      front_body_.push_back(permutation[j]);
+      front_offset_.push_back(at);
+      at += size_at(j);
+    };
+    for (int j : pivots[f]) put(j);
+    front.pivot_bodies = static_cast<int>(pivots[f].size());
+    front.pivots = at;
+    for (int j : structure[last[f]]) put(j);
+    front.size = at;
+    front.bodies = static_cast<int>(front_body_.size()) - front.first_body;
+    front.parent = parent[last[f]] < 0 ? -1 : front_of[parent[last[f]]];
+    front.factor = factor_size;
+    front.pivot_row = pivot_total;
+    factor_size += static_cast<std::size_t>(front.size) * front.pivots +
+                   static_cast<std::size_t>(front.pivots) * (front.size - front.pivots);
+    pivot_total += front.pivots;
+  }
+  for (int f = 0; f < nf; ++f)
+    if (fronts_[f].parent >= 0) ++fronts_[fronts_[f].parent].children;
+  // Every block of the matrix belongs to the front that eliminates its first body.
+  std::vector<std::vector<int>> pairs_of(nf);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) {
+    const int i = std::min(rank[position[pairs_[p].first]], rank[position[pairs_[p].second]]);
+    pairs_of[front_of[post[i]]].push_back(static_cast<int>(p));
+  }
+  for (int f = 0; f < nf; ++f) {
+    Front& front = fronts_[f];
+    front.first_entry = static_cast<int>(entries_.size());
+    for (int i = 0; i < front.bodies; ++i) place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
+    for (int i = 0; i < front.pivot_bodies; ++i) {
+      const int a = front_body_[front.first_body + i];
+      entries_.push_back({diagonal_[a], sizes_[a], sizes_[a], place[a], place[a]});
+    }
+    for (int p : pairs_of[f]) {
+      const auto [a, b] = pairs_[p];
+      entries_.push_back({upper_[p], sizes_[a], sizes_[b], place[a], place[b]});
+      entries_.push_back({lower_[p], sizes_[b], sizes_[a], place[b], place[a]});
+    }
+    front.entries = static_cast<int>(entries_.size()) - front.first_entry;
+  }
+  factor_.resize(factor_size);
+  pivot_rows_.resize(pivot_total);
+}
+
+/// Ranges of fronts (children before parents) that no front before them depends on, each at most a share of the work; the fronts above are parts by themselves.
+void BlockLU::part() {
+  const int nf = static_cast<int>(fronts_.size());
+  std::vector<double> below(nf, 0);   // work of a front and all that it waits for
+  double all = 0;
+  for (int f = 0; f < nf; ++f) {
+    below[f] += work_of(fronts_[f].size, fronts_[f].pivots);
+    if (fronts_[f].parent >= 0) below[fronts_[f].parent] += below[f];
+    else all += below[f];
+  }
+  const double most = all < work_to_share ? all : share * all;
+  parts_.clear();
+  double filled = 0;
+  int covered = 0;   // fronts before this one are in parts
+  for (int f = 0; f < nf; ++f) {
+    const bool fits = below[f] <= most, top = fronts_[f].parent < 0 || below[fronts_[f].parent] > most;
+    if (fits && !top) continue;
+    const double work = fits ? below[f] : 0;
+    if (fits && !parts_.empty() && parts_.back().shared && filled + work <= most) {
+      parts_.back().last = f + 1;
+      filled += work;
+    } else {
+      parts_.emplace_back();
+      parts_.back().first = covered;
+      parts_.back().last = f + 1;
+      parts_.back().shared = fits;
+      filled = work;
+    }
+    covered = f + 1;
+  }
+  part_of_body_.assign(sizes_.size(), -1);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {
+    Part& p = parts_[k];
+    for (int f = p.first; f < p.last; ++f) {
+      const Front& front = fronts_[f];
+      p.largest = std::max(p.largest, front.size);
+      for (int b = 0; b < front.pivot_bodies; ++b) part_of_body_[front_body_[front.first_body + b]] = static_cast<int>(k);
+    }
+    for (int f = p.first; f < p.last; ++f) {
+      const Front& front = fronts_[f];
+      for (int b = front.pivot_bodies; b < front.bodies; ++b)
+        if (const int body = front_body_[front.first_body + b]; part_of_body_[body] != static_cast<int>(k)) p.outside.push_back(body);
+    }
+    std::sort(p.outside.begin(), p.outside.end());
+    p.outside.erase(std::unique(p.outside.begin(), p.outside.end()), p.outside.end());
+  }
+  shared_.clear();
+  for (std::size_t k = 0; k < parts_.size(); ++k)
+    if (parts_[k].shared) shared_.push_back(static_cast<int>(k));
+}
+
+}  // namespace talus::contact::detail
