@@ -45,6 +45,7 @@ struct Environment {
   ContactLaws laws;
   std::vector<std::optional<ContactLaw>> joint_laws;   // by joint of the rock mass; empty: the materials' law
   std::vector<Bond> bonds;                             // sorted by (a, b, joint)
+  double bond_stretch = 0;                             // by which bonds on springs may part before they break [m]
   std::vector<StructurePart> structures;
   std::vector<std::pair<int, int>> touching_structures;   // pairs with a law between them, the finer skin second
 };
@@ -84,6 +85,7 @@ struct ContactMemory {
   Vec3 place = Vec3::Zero();    // where, world [m]
   Vec3 normal = Vec3::Zero();   // out of the partner
   bool broken = false;          // cohesion and tension lost
+  bool glued = false;           // it has been closed since the start: it holds in tension too
 };
 
 /// Feature under which a block remembers how deep it was born inside a partner, in `indentation`: pieces of a structure start where they come

@@ -160,6 +160,8 @@ class IslandStepper {
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
+  /// Whether the bond of a touch breaks by the solution: torn off, sheared off, or, where it has no tension, opened.
+  bool gives_way(const Touch& touch) const;
   double normal_energy_at_end(const Touch& touch) const;
   double spring_energy_at_end(const Touch& touch, double h) const;
   bool laws_met(double h) const;

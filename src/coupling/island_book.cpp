@@ -108,7 +108,10 @@ void IslandStepper::book(double h) {
     // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
     const double freed = freed_shear(t);
     pending_.friction_work += freed;
-    const double lost = -(normal_work + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed + freed);
+    // What the stretched spring of a bond that gives way held is lost with it.
+    const double torn = t.indentation < 0 && t.pulls() && gives_way(t) ? pull_energy(t, t.indentation) : 0.0;
+    pending_.damping_work += torn;
+    const double lost = -(normal_work + torn + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed + freed);
     (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
     if (t.dashpot > 0 && leapfrog()) onset += std::max(0.0, lost);
   }

@@ -47,11 +47,8 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   memory.force = p / h;
   memory.broken = t.broken;
   memory.place = t.at.point_a;
-  if (c.cohesion > 0 || c.tension > 0) {
-    const bool opened = c.impulse.isZero(0);
-    const bool slid = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
-    memory.broken = memory.broken || opened || slid;
-  }
+  if (c.cohesion > 0 || c.tension > 0) memory.broken = memory.broken || gives_way(t);
+  memory.glued = t.glued && !memory.broken;
   if (t.shear_stiffness > 0) {
     memory.shear = shear_at_end(t, h);
     memory.shear_energy = 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
@@ -68,7 +65,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
   }
-  if (memory.broken || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
 }
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.

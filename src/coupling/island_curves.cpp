@@ -133,7 +133,15 @@ void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, co
   }
 }
 
+bool IslandStepper::gives_way(const Touch& t) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension;
+  if (c.cohesion > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9)) return true;   // slid
+  return least > 0 ? c.impulse[0] <= -least * (1 - 1e-9) : c.impulse.isZero(0);
+}
+
 double IslandStepper::normal_energy_at_end(const Touch& t) const {
+  if (t.indentation < 0 && t.pulls()) return gives_way(t) ? 0 : pull_energy(t, t.indentation);
   const double end = t.normal_law.stored(std::max(0.0, t.indentation));   // also while a dashpot holds it back from pressing
   // A leapfrog's energy is that of the half step: the mean of both ends.
   if (t.mode == Mode::spring_secant) return 0.5 * (t.normal_law.stored(-t.at.gap) + end);

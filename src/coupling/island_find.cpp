@@ -185,6 +185,7 @@ void IslandStepper::look(std::size_t i) {
   double margin = reach(pair.b, found_for_) + 1e-6 * length_;
   if (pair.a.kind == Partner::Kind::block) margin = in_heap() ? approach_reach(pair, found_for_) : margin + reach(pair.a.index, found_for_);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
+  margin += env_.bond_stretch;
   margins_[i] = margin;
   touches_of_[i].clear();
   if (far_apart(model_, state_, pair, margin)) return;

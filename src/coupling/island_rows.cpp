@@ -205,7 +205,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   c.friction = law.friction;
   if (!t.broken && t.at.area > 0) {
     c.cohesion = (law.cohesion + t.bond_cohesion) * t.at.area * h;
-    c.tension = (law.tension + t.bond_tension) * t.at.area * h;
+    if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
   }
   switch (t.mode) {
     case Mode::closed:

@@ -178,13 +178,14 @@ bool IslandStepper::laws_met(double h) const {
   for (const Touch& t : touches_) {
     if (t.row < 0 || t.stiffness == 0 || t.mode == Mode::spring_secant) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const double least = h * t.bond();   // pulled no harder than the bond holds
     double derivative = 0;
     double force = t.mode == Mode::spring_mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, derivative) : t.normal_law.force(t.indentation);
     if (t.dashpot > 0) {
       const double u = t.u_ref - (t.indentation + t.gap_ref) / (t.theta * h);
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);
     }
-    if (std::abs(c.impulse[0] - h * std::max(force, 0.0)) > 1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_)) return false;
+    if (std::abs(c.impulse[0] - std::max(h * force, -least)) > 1e-10 * (c.impulse[0] + h * t.stiffness * 1e-6 * length_)) return false;
   }
   return true;
 }

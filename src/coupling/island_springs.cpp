@@ -74,7 +74,7 @@ void IslandStepper::weigh_springs() {
     Vec3 f = t.warm;   // hard contacts and friction: as in the last step
     if (t.stiffness > 0) {
       f -= t.at.normal * t.at.normal.dot(f);
-      f += t.at.normal * t.normal_law.force(std::max(0.0, -t.at.gap));
+      f += t.at.normal * t.normal_law.force(t.pulls() ? -t.at.gap : std::max(0.0, -t.at.gap));
       if (t.at.gap <= reachable) {
         const Vec12 jb = row(b, t.at.point_b, t.at.normal);
         weights[static_cast<std::size_t>(b)].rate_sq += t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb);
@@ -105,7 +105,7 @@ void IslandStepper::weigh_springs() {
     if (a >= 0) t.rate_sq += weights[static_cast<std::size_t>(a)].rate_sq;
     t.quiet_speed = quiet;
     double amplitude_sq = t.approach * t.approach;
-    if (t.at.gap < 0) {
+    if (t.at.gap < 0 || t.pulls()) {
       const double a_n = t.at.normal.dot(acceleration(b, t.at.point_b) - acceleration(a, t.at.point_a));
       amplitude_sq += a_n * a_n / t.rate_sq;
     }
@@ -118,7 +118,7 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
   for (const Touch& t : touches_) {
     if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t))) continue;   // there the rise of the force decides
     const double resolved = phase_asked(settings_.accuracy) * resolved_phase / std::sqrt(t.rate_sq);
-    if (t.at.gap < -1e-9 * length_ || (t.at.gap <= touch_gap() && t.approach < 0)) {
+    if (t.at.gap < -1e-9 * length_ || t.pulls() || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
     } else if (lumped && t.approach < 0) {
       limit = std::min(limit, std::max(resolved, t.at.gap / -t.approach));
@@ -146,7 +146,7 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     // In event driven islands an onset fast enough to matter ends the step; the others are rows from the start. It may gain its speed on the way.
     const double onset_sq = t.approach * t.approach + 2 * model_.gravity.norm() * std::max(0.0, t.at.gap);
     const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
-    if (t.at.gap > 0 && !meets) continue;
+    if (t.at.gap > 0 && !meets && !t.pulls()) continue;
     const bool resolved = h * std::sqrt(t.rate_sq) <= resolved_phase;
     t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
     any_end = any_end || (!resolved && !deformable_structure(t));   // a condensed step is the trapezoid's, whatever the spring's rule
@@ -172,7 +172,7 @@ bool IslandStepper::cut_at_release(double& h) const {
   // A spring that lets go within the step is followed to its free length, so that it gives back what it stored.
   double fraction = 1;
   for (const Touch& t : touches_) {
-    if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0)) continue;
+    if (t.row < 0 || t.mode != Mode::spring_mean || !(t.at.gap < 0) || t.pulls()) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     double end_speed = 0;
     for (int i = 0; i < c.terms; ++i) {

@@ -17,7 +17,7 @@ struct Spring {
   Touch* touch;
   const ContactMemory* last;   // null: it has appeared
   double depth;                // indentation [m]
-  double stored() const { return touch->normal_law.stored(std::max(0.0, depth)); }
+  double stored() const { return depth < 0 && touch->pulls() ? pull_energy(*touch, depth) : touch->normal_law.stored(std::max(0.0, depth)); }
 };
 
 /// What the spring held at its last indentation.

@@ -45,15 +45,6 @@ class Sets {
 
 }  // namespace
 
-struct CoupledSystem::Plan {
-  std::vector<Island> islands;
-  std::vector<double> reach;           // per block [m]
-  std::vector<char> structure_used;    // per structure
-  std::vector<double> structure_reach; // per structure [m]
-  std::vector<SurfacePair> surfaces;   // structures that may meet
-  long skipped = 0;
-};
-
 CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings)
     : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings) {
   const std::size_t n = model_.blocks.size();
@@ -63,6 +54,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.step.resize(n, 0.0);
   settings_.step.threads = settings_.threads;
   schemes_.resize(env_.structures.size());
+  glue();
 }
 
 CoupledSystem::~CoupledSystem() = default;
@@ -166,7 +158,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     const double radius = b.shape->radius;
     if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
-    boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), p.reach[k] + 1e-5 * radius);
+    boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), p.reach[k] + 1e-5 * radius + env_.bond_stretch);
   }
   std::vector<std::pair<int, int>> pairs;
   contact::overlapping_pairs(boxes, pairs);

@@ -73,11 +73,20 @@ class CoupledSystem {
   double spring_energy() const;
   /// Appends a block (a fragment); returns its index.
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
+  /// Marks what touches now as bonded, where a law or a rock bridge holds in tension.
+  void glue();
   /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
   void settle_newborn(int first);
 
  private:
-  struct Plan;
+  struct Plan {
+    std::vector<Island> islands;
+    std::vector<double> reach;           // per block [m]
+    std::vector<char> structure_used;    // per structure
+    std::vector<double> structure_reach; // per structure [m]
+    std::vector<SurfacePair> surfaces;   // structures that may meet
+    long skipped = 0;
+  };
   void plan(double stretch, Plan& p) const;
   void pair_structures(double stretch, Plan& p) const;
   bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);

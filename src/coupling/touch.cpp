@@ -65,6 +65,12 @@ SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, con
   return w;
 }
 
+double Touch::bond() const {
+  if (!glued || broken) return 0;
+  const double tension = law->tension + bond_tension, cohesion = law->cohesion + bond_cohesion;
+  return at.area * (law->friction > 0 ? std::min(tension, cohesion / law->friction) : tension);
+}
+
 Vec3 partner_velocity(const dda::State& s, const Environment& env, const Partner& a, const contact::ContactPoint& at) {
   if (a.kind == Partner::Kind::block) return point_velocity(s, a.index, at.point_a);
   if (a.kind == Partner::Kind::structure) {
@@ -100,7 +106,13 @@ void take_over(const ContactMemory& memory, Touch& t) {
   t.shear = memory.shear - t.at.normal * t.at.normal.dot(memory.shear);
   t.stored = memory.normal_energy + memory.shear_energy;
   t.broken = memory.broken;
+  t.glued = memory.glued;
   t.persistent = !memory.force.isZero(0);
+}
+
+/// A new contact of a pair that is glued elsewhere is part of the bond: it holds as well.
+bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  return std::any_of(memory.begin(), memory.end(), [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
 }
 
 /// What the contact remembers, null: it is new.
@@ -373,6 +385,8 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     }
     t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
+    if (last == nullptr) t.glued = glued_elsewhere(memory, partner);
+    if (pair.a.kind == Partner::Kind::structure) t.glued = !t.broken;   // a skin's nodes come and go
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin) keep_stiffness(t, *last);

@@ -58,10 +58,15 @@ struct Touch {
   double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
   bool broken = false;
+  bool glued = false;            // closed since the start, or one of a pair that is: it holds in tension too
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
   bool rolls = false;            // it resists rolling
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
+  /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken [N].
+  double bond() const;
+  /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses.
+  bool pulls() const { return glued && stiffness > 0 && a.kind != Partner::Kind::structure && law->kind == ContactLaw::Kind::linear && bond() > 0; }
   // filled by the assembly
   Vec3 normal = Vec3::UnitZ();   // at mid-step
   Mat3 frame = Mat3::Identity(); // columns n, t1, t2 at mid-step
@@ -72,6 +77,9 @@ struct Touch {
   double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
   Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
 };
+
+/// Energy of a spring that pulls, stretched by -depth [J].
+inline double pull_energy(const Touch& t, double depth) { return 0.5 * t.normal_law.stiffness * depth * depth; }
 
 /// Deterministic right-handed frame with n as first column.
 Mat3 contact_frame(const Vec3& n);

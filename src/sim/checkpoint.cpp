@@ -119,7 +119,7 @@ Checkpoint Simulation::save() const {
     for (const coupling::ContactMemory& m : s.contacts[i]) {
       keys.push_back(static_cast<std::int64_t>(m.partner));
       keys.push_back(static_cast<std::int64_t>(m.feature));
-      keys.push_back(m.broken ? 1 : 0);
+      keys.push_back((m.broken ? 1 : 0) | (m.glued ? 2 : 0));
       memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
     }
   }
@@ -220,7 +220,8 @@ void Simulation::restore(const Checkpoint& c) {
     for (coupling::ContactMemory& m : s.contacts[i]) {
       m.partner = static_cast<std::uint64_t>(keys.next());
       m.feature = static_cast<std::uint64_t>(keys.next());
-      m.broken = keys.next() != 0;
+      const std::int64_t bond = keys.next();
+      m.broken = (bond & 1) != 0, m.glued = (bond & 2) != 0;
       memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
     }
   }

@@ -1,0 +1,43 @@
+// Bonds: what touches at the start under a law with tension, or across a rock bridge, holds until it is torn or sheared off. What meets later
+// does not stick.
+#include <algorithm>
+
+#include "coupling/system.hpp"
+#include "coupling/touch.hpp"
+
+namespace talus::coupling {
+
+void CoupledSystem::glue() {
+  env_.bond_stretch = 0;
+  const bool tension = std::any_of(env_.laws.law.begin(), env_.laws.law.end(), [](const ContactLaw& law) { return law.tension > 0; }) ||
+                       std::any_of(env_.joint_laws.begin(), env_.joint_laws.end(), [](const std::optional<ContactLaw>& law) { return law && law->tension > 0; });
+  if (!tension && env_.bonds.empty()) return;
+  Plan at_start;
+  plan(0, at_start);
+  std::vector<Touch> touches;
+  for (const Island& island : at_start.islands)
+    for (const CandidatePair& pair : island.pairs) {
+      if (pair.a.kind == Partner::Kind::structure) continue;
+      touches.clear();
+      const double touching = 1e-6 * model_.blocks[static_cast<std::size_t>(pair.b)].shape->radius;
+      find_touches(model_, state_.blocks, env_, pair, touching, state_.contacts, touches);
+      auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
+      for (Touch& t : touches) {
+        t.glued = true;
+        if (!(t.bond() > 0)) continue;
+        if (t.pulls()) env_.bond_stretch = std::max(env_.bond_stretch, 2 * t.bond() / t.normal_law.stiffness);
+        const auto known = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) { return m.partner == pair.a.id() && m.feature == t.at.key; });
+        if (known != list.end()) continue;
+        ContactMemory memory;
+        memory.partner = pair.a.id();
+        memory.feature = t.at.key;
+        memory.place = t.at.point_a;
+        memory.normal = t.at.normal;
+        memory.glued = true;
+        list.push_back(memory);
+      }
+      std::sort(list.begin(), list.end(), [](const ContactMemory& x, const ContactMemory& y) { return std::pair(x.partner, x.feature) < std::pair(y.partner, y.feature); });
+    }
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,66 @@
+// Bonds on springs: a block glued below another hangs by springs that pull, up to the strength of the bond.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "verify/measures.hpp"
+#include "verify/scene_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+constexpr double g = 9.81, weight = 2500 * g, stiffness = 1e8;   // of a cube of 1 m^3, per area
+
+/// A cube under a held one. The bond's strength is told in weights.
+std::string hung(double strength, const std::string& more = {}, double duration = 0.4, const Method& method = Method::by_accuracy(1e-3)) {
+  SceneText s(method, duration);
+  s.history(1e-3).material("rock", 2500);
+  s.interface("rock", "rock", 0.5, fmt::format("tension = {}\ncohesion = 1e6\nnormal_stiffness = \"{} Pa/m\"\n{}", strength * weight, stiffness, more));
+  s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("hung", Vec3::Ones(), Vec3::Zero());
+  return s.str();
+}
+
+double height(const sim::HistoryRow& r) { return r.position[1].z(); }
+
+TEST(Bonds, GluedBlockHangsByItsSprings) {
+  const Outcome o = run_scene(hung(2.5, "damping_ratio = 0.5"));
+  ASSERT_TRUE(o.ok());
+  EXPECT_NEAR(-height(o.last()), weight / stiffness, 1e-3 * weight / stiffness);
+  EXPECT_NEAR(o.last().ledger.contact, 0.5 * weight * weight / stiffness, 2e-3 * weight * weight / stiffness);
+  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight);
+}
+
+TEST(Bonds, UndampedItSwingsToTwiceItsStretchAndBack) {
+  const Outcome o = run_scene(hung(2.5, "", 0.2, Method::by_accuracy(1e-6)));
+  ASSERT_TRUE(o.ok());
+  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500);
+  for (const auto& r : o.rows) EXPECT_NEAR(height(r), -sag * (1 - std::cos(omega * r.time)), 0.02 * sag) << r.time;
+}
+
+TEST(Bonds, BreaksWhereTheSwingReachesItsStrength) {
+  // 1 - cos(omega t) = 1.5 at omega t = 2 pi / 3, there it falls with g sin(omega t) / omega on.
+  const Outcome o = run_scene(hung(1.5, "", 0.4, Method::by_accuracy(1e-6)));
+  ASSERT_TRUE(o.ok());
+  const double sag = weight / stiffness, omega = std::sqrt(stiffness / 2500), broken = 2 * M_PI / 3 / omega, fall = 0.4 - broken;
+  const double expected = -1.5 * sag - g / omega * std::sin(2 * M_PI / 3) * fall - 0.5 * g * fall * fall;
+  EXPECT_NEAR(height(o.last()), expected, 2e-3);
+  // What the torn spring held is lost: T^2 / 2 k.
+  EXPECT_NEAR(o.last().ledger.damping_work, 0.5 * 1.5 * 1.5 * weight * sag, 0.1 * weight * sag);
+  for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight);
+}
+
+TEST(Bonds, WhatMeetsLaterDoesNotStick) {
+  for (const char* kind : {"hard", "1e8 Pa/m"}) {
+    SceneText s(Method::by_accuracy(1e-3), 0.6);
+    s.history(0.01).material("rock", 2500).interface("rock", "rock", 0.5, fmt::format("tension = 1e6\ncohesion = 1e6\nnormal_stiffness = \"{}\"", kind));
+    s.box("above", Vec3(2, 2, 1), Vec3(0, 0, 1), "fixed = true\n").box("thrown", Vec3::Ones(), Vec3(0, 0, -0.2), velocity(Vec3(0, 0, 2.5)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    EXPECT_LT(height(o.last()), -0.5) << kind;
+  }
+}
+
+}  // namespace
+}  // namespace talus::verify
