@@ -17,13 +17,15 @@ struct Spring {
   Touch* touch;
   const ContactMemory* last;   // null: it has appeared
   double depth;                // indentation [m]
-  double stored() const { return depth < 0 && touch->pulls() ? pull_energy(*touch, depth) : touch->normal_law.stored(std::max(0.0, depth)); }
+  double pulling() const { return depth < 0 && touch->pulls() ? pull_energy(*touch, depth) : 0; }
+  double stored() const { return depth < 0 ? pulling() : touch->normal_law.stored(depth); }
 };
 
 /// What the spring held at its last indentation.
 double held_at_end(const ContactMemory& m, const ContactLaw& law) {
   const bool power = law.kind == ContactLaw::Kind::linear || law.kind == ContactLaw::Kind::hertz;
   if (!power || (m.feature >> 60) == 15) return m.normal_energy;   // of a structure's skin: its columns are unknown
+  if (m.glued && m.indentation == 0) return m.normal_energy;       // it pulled
   contact::NormalLaw spring;
   spring.law = &law;
   spring.stiffness = m.stiffness;
@@ -93,7 +95,7 @@ void carry_shear(const std::vector<Spring>& springs, const std::vector<const Con
   for (const ContactMemory* m : all) budget += m->shear_energy;
   for (const Spring& p : springs) {
     Touch& t = *p.touch;
-    if (p.last == nullptr && t.at.gap < 0)
+    if (p.last == nullptr && (t.at.gap < 0 || t.pulls()))
       if (const ContactMemory* m = nearest_alike(all, t)) t.shear = m->shear - t.at.normal * t.at.normal.dot(m->shear);
     need += 0.5 * t.shear_stiffness * t.shear.squaredNorm();
   }
@@ -121,7 +123,7 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
   }
   // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of its energy.
   const auto held = [&](const ContactMemory& m) { return half_steps && !springs.empty() ? held_at_end(m, *springs.front().touch->law) : m.normal_energy; };
-  double budget = 0, need = 0;
+  double budget = 0, need = 0, pulling = 0;
   for (const ContactMemory* m : lost) budget += held(*m);
   given = lost;
   thread_local std::vector<Spring*> changed;
@@ -135,9 +137,12 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
     const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;
     p.depth = -t.at.gap - (model != nullptr ? model->offset : 0.0);
     if (p.last != nullptr) budget += held(*p.last), given.push_back(p.last);
-    need += p.stored();
+    // A spring that pulls is stretched as the geometry says: what parts as one bond is met anew at other features only.
+    if (p.depth < 0) pulling += p.pulling();
+    else need += p.stored();
     changed.push_back(&p);
   }
+  budget = std::max(0.0, budget - pulling);
   const double s = scale_to(changed, budget, need);
   double left = budget;
   for (Spring* p : changed) left -= p->touch->normal_law.stored(s * std::max(0.0, p->depth));

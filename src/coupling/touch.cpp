@@ -389,7 +389,7 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (pair.a.kind == Partner::Kind::structure) t.glued = !t.broken;   // a skin's nodes come and go
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, pair.a, p));
     set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
-    if (last != nullptr && !at_skin) keep_stiffness(t, *last);
+    if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring
     if (pair.a.kind == Partner::Kind::structure && t.stiffness > 0 && p.area == 0) relieve(t, cell_compliance(env.structures[static_cast<std::size_t>(pair.a.index)], p));
     out.push_back(t);
     last_of.push_back(last);
