@@ -62,5 +62,23 @@ TEST(Bonds, WhatMeetsLaterDoesNotStick) {
   }
 }
 
+// A hanging chain that is let go sideways: faces of alike blocks turn past each other, contacts come and go, the bonds stay.
+TEST(Bonds, ChainOfBlocksSwings) {
+  SceneText s(Method::by_accuracy(1e-3), 0.7, {1, 0, -g});
+  s.history(5e-3).material("rock", 2500).interface("rock", "rock", 0.5, "tension = 3e6\ncohesion = 3e6\nnormal_stiffness = \"1e8 Pa/m\"");
+  s.box("held", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
+  constexpr int links = 5;
+  for (int i = 1; i <= links; ++i) s.box(fmt::format("link{}", i), Vec3::Ones(), Vec3(0, 0, -i));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  // At rest it would sag by (1 + 2 + ... + 5) m g / k.
+  const double sag = links * (links + 1) / 2.0 * weight / stiffness;
+  for (const auto& r : o.rows) {
+    EXPECT_LT(-r.position[links].z() - links, 2.5 * sag) << r.time;
+    EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight) << r.time;
+  }
+  EXPECT_LT(std::abs(o.last().ledger.algorithmic), 0.5 * links * weight * sag);
+}
+
 }  // namespace
 }  // namespace talus::verify
