@@ -85,8 +85,15 @@ std::vector<int> CoupledSystem::departed() const {
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
     if (model_.blocks[i].ndof() == 0) lowest = std::min(lowest, up.dot(state_.blocks.c[i]) - model_.blocks[i].shape->radius);
   if (!std::isfinite(lowest)) return gone;
+  std::vector<char> hangs(model_.blocks.size(), 0);   // by a bond, on whatever it may be
+  for (std::size_t i = 0; i < state_.contacts.size(); ++i)
+    for (const ContactMemory& m : state_.contacts[i]) {
+      if (!m.glued) continue;
+      hangs[i] = 1;
+      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block) hangs[m.partner & 0xffffffff] = 1;
+    }
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    if (model_.blocks[i].ndof() > 0 && model_.blocks[i].fixed_points.empty() && up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
+    if (model_.blocks[i].ndof() > 0 && hangs[i] == 0 && model_.blocks[i].fixed_points.empty() && up.dot(state_.blocks.c[i]) + 2 * model_.blocks[i].shape->radius < lowest)
       gone.push_back(static_cast<int>(i));
   return gone;
 }
