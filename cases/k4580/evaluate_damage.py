@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What the viaduct suffered: strikes, speeds before and after, damage, base forces, where the blocks end.
+"""What the viaduct suffered: strikes, speeds before and after, damage, base forces, the class of each pier, where blocks and decks end.
 
 usage: evaluate_damage.py DIR... [-o FIGURES.json]         (figures by the name of the directory's last part, after the last dash)
 """
@@ -38,7 +38,28 @@ def evaluate(directory):
         if np.isfinite(p[-1, i]).all():
             deposits[place(p[-1, i])] = round(deposits.get(place(p[-1, i]), 0.0) + float(m[i]) / 2500, 1)
     out["rock_at_the_end_m3"] = deposits
+    out["pieces"] = pieces(names, m, p[-1], v[-1], [i for i in range(len(names)) if i not in rocks])
+    with open(f"{directory}/summary.json") as f:
+        summary = json.load(f)
+    out["status"] = summary["status"]
+    piers = next((s["members"] for s in summary["structures"] if s["name"] == "viaduct"), [])
+    out["piers"] = {q["name"]: {"class": q["damage_class_name"], "crack_width_mm": round(1e3 * q["crack_width_end"], 2), "lost_volume_m3": round(q["lost_volume"], 2),
+                                "drift_mm": round(1e3 * float(np.hypot(*q["residual_drift"])), 1), "peak_shear_MN": round(q["peak_shear"]["value"] / 1e6, 2),
+                                "bars_yielded": q["bars_yielded"], "bars_broken": q["bars_broken"]} for q in piers}
     return out
+
+
+def pieces(names, m, p, v, which):
+    """Where what came off lies: the large ones one by one, and mass and number of all by place."""
+    large = {names[i]: {"mass_t": round(float(m[i]) / 1e3, 1), "centroid": [round(float(c), 2) for c in p[i]], "speed": round(float(np.linalg.norm(v[i])), 4)}
+             for i in which if m[i] > 1e5 and np.isfinite(p[i]).all()}
+    places = {}
+    for i in which:
+        if np.isfinite(p[i]).all():
+            count, mass = places.get(place(p[i]), (0, 0.0))
+            places[place(p[i])] = (count + 1, round(mass + float(m[i]) / 1e3, 1))
+    moving = max((float(np.linalg.norm(v[i])) for i in which if np.isfinite(v[i]).all()), default=0.0)
+    return {"above_100_t": large, "number_and_mass_t": places, "fastest": moving}
 
 
 def main():
