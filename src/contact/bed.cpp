@@ -51,6 +51,7 @@ double Bed::stored(double x) const {
 }
 
 double Bed::before(double x) const {
+  if (std::isinf(limit_) && crushed_ > 0) x = std::min(x, start_);   // what lies unloaded came down with the block: it held nothing on the way
   double w = crushing_before(x);
   for (const Spring& s : springs_) {
     const double elastic = yields(s) && s.gain * (x - start_) < 0 ? limit_ : std::clamp(compression(s, x), 0.0, limit_);

@@ -408,7 +408,7 @@ double face_edge(const TriangleSurface& skin, int triangle) {
 
 double face_edge(const TriangleSurface& skin) {
   double edge = 0;
-  for (int t = 0; t < static_cast<int>(skin.triangles.size()); ++t) edge = std::max(edge, face_edge(skin, t));
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); t += 4) edge = std::max(edge, face_edge(skin, t));
   return edge;
 }
 

@@ -277,6 +277,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   }
   stored_half_ -= f.elastic;
   books_.eroded_energy += f.elastic;   // as of a cell that erodes
+  books_.algorithmic += 0.5 * h_last_ * gravity_.dot(f.linear_momentum);   // the structure's potential is that of half steps, the block's that of its place
   report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, cells.size(), f.mass));
   return f;
 }

@@ -85,7 +85,7 @@ double FemStructure::condensed_step(double t, double accuracy) {
     const double ringing = struck_.empty() ? ringing_step(t) : longest;
     if (ringing < std::min(longest, critical_step_)) return 0;   // explicit steps cost less
     longest = std::min(longest, ringing);
-  } else if (longest < least_condensed_gain * critical_step_ || !loads_hold(t - quarter, t + quarter)) {
+  } else if (longest < critical_step_ || !loads_hold(t - quarter, t + quarter)) {   // what it gains is the island's to judge: contacts shorten explicit steps, rest lengthens this one
     return 0;
   }
   forces(t);

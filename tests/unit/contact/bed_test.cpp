@@ -1,6 +1,9 @@
 // Law of the columns of a bed: volume, crushing, unloading, and the halves that a leapfrog counts; Hertz's law at a cell.
 #include "contact/bed.hpp"
 #include "contact/normal_law.hpp"
+#include "contact/skin_bed.hpp"
+#include "contact/surface_index.hpp"
+#include "detect_shapes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -55,6 +58,30 @@ TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
   EXPECT_DOUBLE_EQ(bed.force(0.04), p * 0.2);
   EXPECT_DOUBLE_EQ(bed.force(0.042), p * 0.2);
   EXPECT_NEAR(bed.force(0.044), p * 0.2 + k * 0.2 * 0.001, 1e-6);
+}
+
+TEST(Bed, WhatLiesUnloadedComesBackAsFoundOnly) {
+  const Bed bed(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.05);
+  EXPECT_DOUBLE_EQ(bed.crushed_after(0.02), 0.04);   // not by the step's own way
+}
+
+/// Area sunk in below a square face at z = 0, x and y from 0 to 1, by a cube of 0.5 m that lies 0.3 m deep and reaches `over` its rim.
+double sunk_area(double over) {
+  TriangleSurface skin;
+  skin.vertices = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}, {0.5, 0.5, 0}};
+  for (int i = 0; i < 4; ++i) skin.triangles.push_back({i, (i + 1) % 4, 4});
+  const SurfaceIndex index(skin);
+  std::vector<Footprint> parts;
+  skin_bed(index, testing::box(0.5, 0.5, 0.5), {Vec3(over - 0.25, 0.5, -0.05), Mat3::Identity()}, 1e-3, std::numeric_limits<double>::infinity(), parts);
+  double area = 0;
+  for (const Footprint& part : parts)
+    for (const Column& c : part.columns) area += c.depth > 0 ? c.area : 0;
+  return area;
+}
+
+TEST(Bed, StripOverlappedFromTheSideIsNoColumn) {
+  EXPECT_EQ(sunk_area(5e-4), 0);
+  EXPECT_NEAR(sunk_area(0.1), 0.05, 1e-12);
 }
 
 TEST(Hertz, TakesOffWhatTheTouchedCellGivesItself) {
