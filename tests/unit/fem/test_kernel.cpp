@@ -61,6 +61,34 @@ TEST(Kernel, EqualsDealiiOnAffineCells) {
   compare(mesh, CellShape::affine);
 }
 
+TEST(Kernel, BulkViscosityTurnsWithItsElement) {
+  const HexMesh mesh = block(3, 0.2);
+  const ElementOperator op(mesh, 14e9, 18e9, true);
+  const Mat3 turned = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
+  const Vec3 spin(3, -2, 5);
+  AlignedVector u = random_field(mesh.nodes.size(), 1e-2, 3), v = random_field(mesh.nodes.size(), 1.0, 5), rigid = v;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    Eigen::Map<Vec3> moved(&u[4 * n]), turns(&rigid[4 * n]);
+    moved += turned * mesh.nodes[n] - mesh.nodes[n];
+    turns = spin.cross(mesh.nodes[n] + moved);
+  }
+  AlignedVector f(u.size(), 0.0), none(u.size(), 0.0);
+  op.add_bulk_viscosity(u.data(), v.data(), f.data(), 2400, 3500);
+  op.add_bulk_viscosity(u.data(), rigid.data(), none.data(), 2400, 3500);
+  Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+  double scale = 0, left = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+    const Vec3 at = Eigen::Map<const Vec3>(&f[4 * n]);
+    force += at;
+    moment += (mesh.nodes[n] + Eigen::Map<const Vec3>(&u[4 * n])).cross(at);
+    scale += at.norm();
+    left = std::max(left, Eigen::Map<const Vec3>(&none[4 * n]).norm());
+  }
+  EXPECT_LT(force.norm(), 1e-13 * scale);
+  EXPECT_LT(moment.norm(), 1e-13 * scale);
+  EXPECT_LT(left, 1e-13 * scale);
+}
+
 TEST(Kernel, AllInstructionSetsAgree) {
   const HexMesh mesh = block(2, 0.2);
   std::vector<int> nodes;
