@@ -1,7 +1,10 @@
 // The only place that decides what exists.
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
+#include <string_view>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -34,6 +37,29 @@ geometry::ShapeSpec shape_spec(const scene::Shape& s, double density) {
   g.seed = s.seed;
   g.aspect = s.aspect;
   return g;
+}
+
+/// Alphabetic, runs of digits by their number: B2 before B10. No two different names are equal.
+bool natural_less(const std::string& a, const std::string& b) {
+  const auto digit = [](char c) { return c >= '0' && c <= '9'; };
+  std::size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!digit(a[i]) || !digit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    const auto run = [&](const std::string& s, std::size_t& at) {   // of digits, without zeros in front
+      const std::size_t end = std::find_if_not(s.begin() + static_cast<std::ptrdiff_t>(at), s.end(), digit) - s.begin();
+      while (at < end && s[at] == '0') ++at;
+      const std::string_view number = std::string_view(s).substr(at, end - at);
+      at = end;
+      return number;
+    };
+    const std::string_view x = run(a, i), y = run(b, j);
+    if (x != y) return x.size() != y.size() ? x.size() < y.size() : x < y;
+  }
+  return a.size() - i != b.size() - j ? a.size() - i < b.size() - j : a < b;
 }
 
 /// Kelvin-Voigt time so that the slowest strain mode of the block has this ratio of critical damping.
@@ -71,7 +97,7 @@ class Builder {
     settings.sleeping = s.simulation.sleeping;
     settings.threads = std::max(1, s.simulation.threads);
     settings.longest_stretch = std::max(0.05, s.output.history_interval);
-    const dda::State start = state_.blocks;
+    sort_blocks();
     world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
     if (const std::vector<Problem> overlaps = initial_overlaps(*world_); !overlaps.empty()) throw InputError(overlaps);
     if (s.simulation.method == scene::Simulation::Method::dda1988) {
@@ -200,6 +226,34 @@ class Builder {
       }
   }
 
+  /// Blocks in the order of their names, whatever the scene's: sums and searches then go the same way however the blocks are listed.
+  void sort_blocks() {
+    const std::size_t n = model_.blocks.size();
+    std::vector<int> sorted(n);
+    std::iota(sorted.begin(), sorted.end(), 0);
+    std::sort(sorted.begin(), sorted.end(), [&](int a, int b) { return natural_less(model_.blocks[static_cast<std::size_t>(a)].name, model_.blocks[static_cast<std::size_t>(b)].name); });
+    std::vector<int>& place = world_->place;
+    place.resize(n);
+    dda::Model model{.blocks = {}, .gravity = model_.gravity};
+    dda::State state;
+    for (const int from : sorted) {
+      const auto k = static_cast<std::size_t>(from);
+      place[k] = static_cast<int>(model.blocks.size());
+      model.blocks.push_back(std::move(model_.blocks[k]));
+      const dda::State& s = state_.blocks;
+      state.c.push_back(s.c[k]);
+      state.v.push_back(s.v[k]);
+      state.w.push_back(s.w[k]);
+      state.q.push_back(s.q[k]);
+      state.eps.push_back(s.eps[k]);
+      state.eps_rate.push_back(s.eps_rate[k]);
+    }
+    model_ = std::move(model);
+    state_.blocks = std::move(state);
+    for (coupling::Bond& b : env_.bonds) std::tie(b.a, b.b) = std::minmax({place[static_cast<std::size_t>(b.a)], place[static_cast<std::size_t>(b.b)]});
+    std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) { return std::tie(x.a, x.b, x.joint) < std::tie(y.a, y.b, y.joint); });
+  }
+
   /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.
   void complete_laws() {
     const scene::Scene& s = world_->scene;
@@ -258,9 +312,6 @@ class Builder {
     for (const geometry::CutInterface& i : cut.interfaces)
       if (i.bonded_area > 0 && i.area > 0)
         env_.bonds.push_back({first + i.a, first + i.b, i.joint, i.shear * i.bonded_area / i.area, i.tension * i.bonded_area / i.area});
-    std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) {
-      return std::array<int, 3>{x.a, x.b, x.joint} < std::array<int, 3>{y.a, y.b, y.joint};
-    });
     world_->notes.push_back(fmt::format("Rock mass: {} blocks cut from {:.6g} m^3, {} slivers merged, {} rock bridges.", cut.blocks.size(),
                                         cut.region_volume, cut.merged, env_.bonds.size()));
   }
@@ -413,7 +464,8 @@ class Builder {
     const scene::Scene& s = world_->scene;
     h.title = s.title;
     h.duration = s.simulation.duration;
-    for (const dda::Model::Block& b : world_->system->model().blocks) {
+    for (const int k : world_->place) {
+      const dda::Model::Block& b = world_->system->model().blocks[static_cast<std::size_t>(k)];
       const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];
       h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
     }

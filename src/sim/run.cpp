@@ -55,7 +55,7 @@ class Telling {
       ContactRow r;
       r.time = c.time;
       r.dt = c.dt;
-      r.block = c.block;
+      r.block = w_.listed(c.block);
       r.structure = c.structure;
       r.point = c.point;
       r.force = c.force;

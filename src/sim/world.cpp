@@ -1,5 +1,6 @@
 #include "sim/world.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -9,7 +10,13 @@
 
 namespace talus::sim {
 
-Pose World::pose(int block) const {
+int World::listed(int placed) const {
+  const auto at = std::find(place.begin(), place.end(), placed);
+  return at != place.end() ? static_cast<int>(at - place.begin()) : placed;
+}
+
+Pose World::pose(int listed) const {
+  const int block = placed(listed);
   if (paper) return dda::Shi1988::pose(system->state().blocks, paper->history, block);
   return dda::pose(system->state().blocks, block);
 }
@@ -162,8 +169,8 @@ HistoryRow World::row() {
   const dda::Model& model = system->model();
   const dda::State& s = system->state().blocks;
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const dda::BlockEnergy e = dda::energy(model, s, i);
+    const auto k = static_cast<std::size_t>(placed(i));
+    const dda::BlockEnergy e = dda::energy(model, s, placed(i));
     r.position.push_back(s.c[k]);
     r.velocity.push_back(s.v[k]);
     r.spin.push_back(s.w[k]);

@@ -47,7 +47,12 @@ class World {
   HistoryRow row();
   LedgerRow ledger();
   RunCounters counters() const;
-  Pose pose(int block) const;
+
+  // Results list blocks as the scene does, then fragments; the system has those of the scene in the order of their names.
+  std::vector<int> place;   // in the system, of each block of the scene
+  int placed(int listed) const { return listed < static_cast<int>(place.size()) ? place[static_cast<std::size_t>(listed)] : listed; }
+  int listed(int placed) const;
+  Pose pose(int listed) const;
 };
 
 /// Blocks that overlap something at the present state, one problem each.

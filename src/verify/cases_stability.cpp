@@ -235,6 +235,25 @@ std::vector<Stress> scenes() {
     c.relative("dovetail: path along the socket [m]", "(g_y - mu N / m) t^2 / 2", 0.5 * (4 - 0.1 * pressed), moved.y(), 1e-6);
     c.absolute("dovetail: out of the socket [m]", "held", 0, moved.z(), 1e-8);
   };
+  const auto heap = [=](const M& m, int stride) {
+    SceneText s = start(m, 0.5, 0.4);
+    for (int i = 0; i < 20; ++i) {
+      const int n = stride * i % 20;
+      s.box(fmt::format("B{}", n), Vec3::Constant(0.5), Vec3(0.52 * (n % 2), 0.53 * (n / 2 % 2), 0.3 + 0.6 * (n / 4)), spin(Vec3(0.3 * n, 1, 0.2)));
+    }
+    return s.plane(up).str();
+  };
+  auto& permuted = add("E53", "heap of twenty cubes", [=](const M& m) { return heap(m, 1); });
+  permuted.size = 0.5;
+  permuted.more = [=](CaseRun& c, const Outcome& o) {
+    const Outcome other = run_scene(heap(M::by_accuracy(1e-3), 7));
+    bool same = other.ok();
+    for (std::size_t i = 0; same && i < 20; ++i) {
+      const std::size_t n = 7 * i % 20;
+      same = other.last().position[i] == o.last().position[n] && other.last().orientation[i] == o.last().orientation[n] && other.last().velocity[i] == o.last().velocity[n];
+    }
+    c.holds("heap of twenty cubes: the same bits when listed in another order", "same bits", same);
+  };
   const auto heavy = [&](const std::string& id, const std::string& title, double size, const std::function<std::string(const M&)>& text) -> Stress& {
     Stress& q = add(id, title, text);
     q.size = size;

@@ -46,7 +46,7 @@ std::string Method::keys() const {
 
 Vec3 Outcome::force_on(int b, std::uint64_t partner) const {
   Vec3 f = Vec3::Zero();
-  for (const coupling::ContactMemory& m : simulation->world().system->state().contacts[static_cast<std::size_t>(b)])
+  for (const coupling::ContactMemory& m : simulation->world().system->state().contacts[static_cast<std::size_t>(simulation->world().placed(b))])
     if (m.partner == partner) f += m.force;
   return f;
 }
