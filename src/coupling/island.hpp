@@ -9,9 +9,12 @@
 /// structures onsets are rows on the gap at the end of the step (order 1).
 /// Structures take explicit sub-steps while damage may grow or waves of a blow run, else condensed steps (island_condensed.cpp).
 #pragma once
+#include <algorithm>
 #include <atomic>
 #include <functional>
+#include <limits>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -65,6 +68,7 @@ class IslandStepper {
   struct Saved;
   struct Outcome;
   struct Trial;
+  struct Booking;
 
   void begin(const Island& island);
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
@@ -88,6 +92,8 @@ class IslandStepper {
   bool met_others(Trial& trial);
   bool cut_at_stop(Trial& trial);
   int stopped_touch(const Trial& trial) const;
+  bool breaks(const Touch& touch) const;
+  bool cut_at_break(Trial& trial);
   bool may_shorten(const Trial& trial) const;
   bool gains_energy() const;
   double error_limit() const { return 0.1 * settings_.accuracy; }   // between the last two passes of a step, relative to block size
@@ -107,6 +113,7 @@ class IslandStepper {
   double approach_reach(const CandidatePair& pair, double h) const;
   bool in_heap() const { return static_cast<int>(island_->blocks.size()) > settings_.event_blocks && island_->structures.empty(); }
   double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
+  double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
   bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
@@ -160,7 +167,7 @@ class IslandStepper {
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
   double indentation_at_end(const Touch& touch, double h) const;
-  /// Whether the bond of a touch breaks by the solution: torn off, sheared off, or, where it has no tension, opened.
+  /// Whether the springs of a bond give way by the solution: torn off, sheared off, or, where it has no tension, opened.
   bool gives_way(const Touch& touch) const;
   double normal_energy_at_end(const Touch& touch) const;
   double spring_energy_at_end(const Touch& touch, double h) const;
@@ -197,12 +204,20 @@ class IslandStepper {
   double path(const CandidatePair& pair) const;
   struct Crossing {
     double first = 2;            // fraction of the step that may stand; above 1: all of it
-    bool listed = false;         // pairs met are new in `ahead_`: the step is to be solved again with their rows
+    bool listed = false;         // something met is no row yet: the step is to be solved again with more of them
+    std::vector<std::vector<Touch>> features;   // per pair with rows: others that were met, at the start of the step
   };
-  Crossing crossing();           // of pairs whose rows a lumped step left open
-  struct Known { double apart; bool listed, any, open; };   // what the touches of a pair say
+  Crossing crossing();           // of what the rows of a lumped step left open
+  struct Known {                 // what the touches of a pair say
+    std::size_t first = 0, count = 0;                       // their range
+    double apart = std::numeric_limits<double>::infinity(); // least gap at the start [m]
+    bool listed = false, any = false, open = false;
+  };
+  Vec3 carried_back(int block, const Vec3& x) const;
+  Touch carried_back(Touch touch) const;
+  std::vector<Touch> unforeseen(const CandidatePair& pair, std::span<const Touch> known) const;
   std::pair<double, double> meeting(std::size_t pair, const Known& known) const;
-  void look_ahead();
+  void look_ahead(const Crossing& met);
 
   const dda::Model& model_;
   dda::State& state_;
@@ -234,6 +249,7 @@ class IslandStepper {
   struct Skin { int structure; std::vector<int> node; MatX inverse, mass; VecX v_hat, v_before; };   // touched nodes, ascending; their W and W^-1
   std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;                // the structures take condensed steps
+  bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+
   std::vector<NodeImpulse> shares_;
   struct HeldShare { int structure, node, contact; double weight; };
   std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse

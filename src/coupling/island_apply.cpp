@@ -65,12 +65,12 @@ void IslandStepper::apply(double h) {
     sprung = sprung || t.stiffness > 0;
     onset = onset || (t.mode == Mode::end && problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0] > 0);
   }
-  onset = onset && !sprung && h > 0 && island_->structures.empty();
+  from_start_ = onset && !sprung && h > 0 && island_->structures.empty();
   for (Touch& t : touches_) {
     if (t.row < 0) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     t.impulse = c.impulse;
-    if (onset) t.theta = 1;
+    if (from_start_) t.theta = 1;
     if (t.mode == Mode::spring_end && t.b >= 0 && t.impulse[0] > 0) confine(t, c);
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
     for (int k = 0; k < c.terms; ++k) {
@@ -107,7 +107,7 @@ void IslandStepper::apply(double h) {
       Vec12 d = Vec12::Zero();
       d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
       state_.c[k] += d.head<3>();
-      if (onset) state_.c[k] += 0.5 * h * h * model_.gravity;   // of free flow's own parabola only the velocity counts
+      if (from_start_) state_.c[k] += 0.5 * h * h * model_.gravity;   // of free flow's own parabola only the velocity counts
       if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
       if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
     }

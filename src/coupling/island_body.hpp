@@ -69,6 +69,8 @@ struct IslandStepper::Trial {
   std::vector<Vec3> slip_before;     // per touch at the start [m/s]
   int stopping = -1;                 // touch whose sliding stops within the step
   bool stop_located = false;
+  double asked = 0;                  // first length tried [s]
+  double holds = 0, breaks = 0;      // lengths over which all bonds hold, over which one breaks; 0: none tried [s]
 };
 
 /// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are

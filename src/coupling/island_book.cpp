@@ -26,7 +26,8 @@ struct ContactLoss {
 
   void slides(double lost) { (lost > 0 ? friction : driven) += lost; }
 
-  void settle(Ledger& ledger) const {
+  /// What the normals took in the end [J].
+  double settle(Ledger& ledger) const {
     double slid = friction, met = impact;
     const double taken = std::min(-driven, std::max(met, 0.0));
     met -= taken;
@@ -39,130 +40,178 @@ struct ContactLoss {
     ledger.friction_work += slid + std::max(sprung, 0.0);
     ledger.damping_work += met;
     ledger.algorithmic += scheme + std::min(sprung, 0.0);
+    return met;
   }
 };
 
 }  // namespace
 
-void IslandStepper::book(double h) {
+/// The books of one step, or of one impulse of no duration (h = 0).
+struct IslandStepper::Booking {
+  IslandStepper& of;
+  double h;
+  Ledger& pending = of.pending_;
+  ContactLoss loss{};
+  double onset = 0;   // what hard contacts and dashpots take where only the sum of it and the scheme's part is known
+
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
-  double onset = 0;   // what hard contacts and dashpots at structures take
-  ContactLoss loss;
-  for (const Touch& t : touches_) {
-    if (t.row < 0) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-    Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero();   // mean relative velocity, split by side; that at the end
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      const int n = problem_.bodies[static_cast<std::size_t>(term.body)].ndof;
-      const Rows j(problem_.jacobians.data() + term.jacobian, 3, n);
-      if (term.body < static_cast<int>(bodies_.size())) {
-        const Body& b = bodies_[static_cast<std::size_t>(term.body)];
-        blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(n);
-        last += j * b.v_solved.head(n);
-      } else {
-        // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
-        const int offset = problem_.bodies[static_cast<std::size_t>(term.body)].offset;
-        const Eigen::Map<const VecX> end(problem_.v.data() + offset, n);
-        const std::size_t part = static_cast<std::size_t>(term.body) - bodies_.size();
-        last += j * end;
-        if (condensed_) structure += j * (0.5 * (skins_[part].v_before + end));
-        else structure += j * (0.5 * (nodes_[part].v_before + end));
-      }
-    }
-    const Vec3 mean = blocks + structure;
-    const double normal_work = c.impulse[0] * mean[0];
-    const double slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
-    if (deformable_structure(t)) {
-      pending_.blocks_contact_work += c.impulse.dot(blocks);
-      pending_.structure_contact_work += c.impulse.dot(structure);
-    }
-    const bool sprung = t.stiffness > 0 && h > 0;
-    if (!sprung) {
-      loss.slides(-slip_work);
-      if (t.mode == Mode::closed)
-        pending_.algorithmic -= normal_work;
-      else
-        loss.impact -= normal_work;
-      if (t.mode != Mode::closed && h > 0 && leapfrog()) onset -= normal_work;
-      continue;
-    }
-    // Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
-    const double stretch = t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
-    if (leapfrog() && t.shear_stiffness == 0) {
-      // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
-      const double slipped = std::max(0.0, -c.impulse.tail<2>().dot(last.tail<2>()));
-      pending_.friction_work += slipped;
-      pending_.algorithmic -= slip_work + slipped;
-    } else if (leapfrog()) {
-      const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
-      const Vec3 end = shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * last.tail<2>());
-      const double slipped = slides ? std::max(0.0, t.shear_stiffness * end.dot(moved - end)) : 0.0;
-      pending_.friction_work += slipped;
-      pending_.algorithmic -= slip_work + stretch + slipped;
+  /// Velocities of a row's two sides: the mean of the step by side, and that at its end.
+  struct Slip { Vec3 blocks = Vec3::Zero(), structure = Vec3::Zero(), last = Vec3::Zero(); };
+
+  Slip slip(const contact::ProblemContact& c) const;
+  double work(const contact::ProblemContact& c) const;
+  void row(const Touch& t);
+  void hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
+  void spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
+  double stretched(const Touch& t) const;
+  void shear(const Touch& t, const contact::ProblemContact& c, const Slip& slip, double slip_work);
+  void position(const Body& b);
+  void turning(const Body& b);
+  void straining(const Body& b);
+};
+
+IslandStepper::Booking::Slip IslandStepper::Booking::slip(const contact::ProblemContact& c) const {
+  Slip s;
+  for (int k = 0; k < c.terms; ++k) {
+    const contact::ContactTerm& term = of.problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = of.problem_.bodies[static_cast<std::size_t>(term.body)];
+    const Rows j(of.problem_.jacobians.data() + term.jacobian, 3, body.ndof);
+    if (term.body < static_cast<int>(of.bodies_.size())) {
+      const Body& b = of.bodies_[static_cast<std::size_t>(term.body)];
+      s.blocks += j * mean_velocity(b.v0, b.free, b.v_solved).head(body.ndof);
+      s.last += j * b.v_solved.head(body.ndof);
     } else {
-      loss.sprung -= slip_work + stretch;
-    }
-    const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
-    pending_.damping_work += crushed;
-    // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
-    const double freed = freed_shear(t);
-    pending_.friction_work += freed;
-    // What the stretched spring of a bond that gives way held is lost with it.
-    const double torn = t.indentation < 0 && t.pulls() && gives_way(t) ? pull_energy(t, t.indentation) : 0.0;
-    pending_.damping_work += torn;
-    const double lost = -(normal_work + torn + (spring_energy_at_end(t, h) - t.stored) - stretch + crushed + freed);
-    (t.dashpot > 0 ? pending_.damping_work : pending_.algorithmic) += lost;
-    if (t.dashpot > 0 && leapfrog()) onset += std::max(0.0, lost);
-  }
-  const auto work = [&](const contact::ProblemContact& c) {
-    double sum = 0;
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      const Body& b = bodies_[static_cast<std::size_t>(term.body)];
-      const Rows j(problem_.jacobians.data() + term.jacobian, 3, b.ndof);
-      sum += c.impulse.dot(j * mean_velocity(b.v0, b.free, b.v_solved).head(b.ndof));
-    }
-    return sum;
-  };
-  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { loss.slides(-work(c)); });
-  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? pending_.algorithmic : loss.impact) -= work(c); });
-  loss.settle(pending_);
-  for (const Body& b : bodies_) {
-    if (b.impulse.isZero(0) && !b.end_rule) continue;
-    const auto k = static_cast<std::size_t>(b.block);
-    const dda::Model::Block& block = model_.blocks[k];
-    // Positions that left the trapezoid (theta = 1) met gravity and the block's own stiffness elsewhere than the velocities did.
-    const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
-    pending_.algorithmic += block.mass * model_.gravity.dot(state_.c[k] - trapezoid);
-    if (b.ndof == 12 && b.end_rule) {
-      // The velocities met the stress at the end all along the step.
-      const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
-      const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
-      const double stored = 0.5 * state_.eps[k].dot(stiffness * state_.eps[k]);
-      pending_.algorithmic += (eps - b.eps0).dot(stiffness * state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
+      // The leapfrog's work is impulse times the mean of the half-step velocities before and after.
+      const Eigen::Map<const VecX> end(of.problem_.v.data() + body.offset, body.ndof);
+      const std::size_t part = static_cast<std::size_t>(term.body) - of.bodies_.size();
+      s.last += j * end;
+      if (of.condensed_) s.structure += j * (0.5 * (of.skins_[part].v_before + end));
+      else s.structure += j * (0.5 * (of.nodes_[part].v_before + end));
     }
   }
-  for (const Body& b : bodies_) {
-    if (b.ndof == 6) {
-      // The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
-      // straining block turns its strain rate as well.
-      const bool changes = h > 0 || model_.blocks[static_cast<std::size_t>(b.block)].deformable;
-      if (changes && !b.impulse.isZero(0)) pending_.algorithmic -= internal_energy(b.block) - b.internal0 - b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
-      continue;
-    }
-    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
-    const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
-    const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
-    const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
-    pending_.damping_work += damped;
-    // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2.
-    if (!b.end_rule && h > 0)
-      pending_.algorithmic -= internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
+  return s;
+}
+
+/// Of an impulse on the blocks, by their mean velocities [J].
+double IslandStepper::Booking::work(const contact::ProblemContact& c) const { return c.impulse.dot(slip(c).blocks); }
+
+void IslandStepper::Booking::row(const Touch& t) {
+  const contact::ProblemContact& c = of.problem_.contacts[static_cast<std::size_t>(t.row)];
+  const Slip s = slip(c);
+  if (of.deformable_structure(t)) {
+    pending.blocks_contact_work += c.impulse.dot(s.blocks);
+    pending.structure_contact_work += c.impulse.dot(s.structure);
   }
-  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, not along it: its work with the mean velocities counts as lost what the block's
-  // own energy says was not, so that only the sum of both is known.
-  const double overcounted = std::clamp(-pending_.algorithmic, 0.0, std::max(onset, 0.0));
+  if (t.stiffness > 0 && h > 0) spring_row(t, c, s);
+  else hard_row(t, c, s);
+}
+
+void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
+  const Vec3 mean = s.blocks + s.structure;
+  const double normal_work = c.impulse[0] * mean[0], slip_work = c.impulse.tail<2>().dot(mean.tail<2>());
+  if (of.from_start_) {
+    // Positions go by the velocities at the end, and so does the slip: friction takes its force times that. By the means of the velocities the
+    // normals have taken the rest.
+    const double slid = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
+    loss.slides(slid);
+    (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work + slip_work + slid;
+    return;
+  }
+  loss.slides(-slip_work);
+  (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work;
+  if (t.mode != Mode::closed && h > 0 && of.leapfrog()) onset -= normal_work;
+}
+
+/// Energy that the shear spring has taken up in the step [J].
+double IslandStepper::Booking::stretched(const Touch& t) const {
+  return t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (of.shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
+}
+
+/// Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
+void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
+  const Vec3 mean = s.blocks + s.structure;
+  shear(t, c, s, c.impulse.tail<2>().dot(mean.tail<2>()));
+  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
+  pending.damping_work += crushed;
+  // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
+  const double freed = of.freed_shear(t);
+  pending.friction_work += freed;
+  // What the stretched spring of a bond that gives way held is lost with it.
+  const double torn = t.indentation < 0 && t.pulls() && of.gives_way(t) ? pull_energy(t, t.indentation) : 0.0;
+  pending.damping_work += torn;
+  const double lost = -(c.impulse[0] * mean[0] + torn + (of.spring_energy_at_end(t, h) - t.stored) - stretched(t) + crushed + freed);
+  (t.dashpot > 0 ? pending.damping_work : pending.algorithmic) += lost;
+  if (t.dashpot > 0 && of.leapfrog()) onset += std::max(0.0, lost);
+}
+
+void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s, double slip_work) {
+  const double stretch = stretched(t);
+  if (!of.leapfrog()) {
+    loss.sprung -= slip_work + stretch;
+    return;
+  }
+  // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
+  double slipped = 0;
+  if (t.shear_stiffness == 0) {
+    slipped = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
+  } else if (c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9)) {
+    const Vec3 end = of.shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * s.last.tail<2>());
+    slipped = std::max(0.0, t.shear_stiffness * end.dot(moved - end));
+  }
+  pending.friction_work += slipped;
+  pending.algorithmic -= slip_work + stretch + slipped;
+}
+
+/// Positions that left the trapezoid met gravity and the block's own stiffness elsewhere than the velocities did.
+void IslandStepper::Booking::position(const Body& b) {
+  const auto k = static_cast<std::size_t>(b.block);
+  const dda::Model::Block& block = of.model_.blocks[k];
+  const Vec3 trapezoid = b.start.c + 0.5 * h * (b.v0.head<3>() + b.v_solved.head<3>());
+  // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the impact took.
+  const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
+  (of.from_start_ && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
+  if (b.ndof == 12 && b.end_rule) {
+    // The velocities met the stress at the end all along the step.
+    const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
+    const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
+    const double stored = 0.5 * of.state_.eps[k].dot(stiffness * of.state_.eps[k]);
+    pending.algorithmic += (eps - b.eps0).dot(stiffness * of.state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
+  }
+}
+
+/// The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
+/// straining block turns its strain rate as well.
+void IslandStepper::Booking::turning(const Body& b) {
+  const bool changes = h > 0 || of.model_.blocks[static_cast<std::size_t>(b.block)].deformable;
+  if (changes && !b.impulse.isZero(0))
+    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 - b.impulse.segment<3>(3).dot(mean_velocity(b.v0, b.free, b.v_solved).segment<3>(3));
+}
+
+void IslandStepper::Booking::straining(const Body& b) {
+  const dda::Model::Block& block = of.model_.blocks[static_cast<std::size_t>(b.block)];
+  const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
+  const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
+  const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
+  pending.damping_work += damped;
+  // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2.
+  if (!b.end_rule && h > 0)
+    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
+}
+
+void IslandStepper::book(double h) {
+  Booking books{*this, h};
+  for (const Touch& t : touches_)
+    if (t.row >= 0) books.row(t);
+  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
+  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? pending_.algorithmic : books.loss.impact) -= books.work(c); });
+  for (const Body& b : bodies_)
+    if (!b.impulse.isZero(0) || b.end_rule) books.position(b);
+  const double met = books.loss.settle(pending_);
+  if (from_start_) books.onset += met;
+  for (const Body& b : bodies_) b.ndof == 6 ? books.turning(b) : books.straining(b);
+  // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large island at its start, neither along it:
+  // its work with the mean velocities counts as lost what the block's own energy says was not, so that only the sum of both is known.
+  const double overcounted = std::clamp(-pending_.algorithmic, std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
   pending_.damping_work -= overcounted;
   pending_.algorithmic += overcounted;
 }

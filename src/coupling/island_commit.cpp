@@ -45,9 +45,8 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   memory.partner = t.a.id();
   memory.feature = t.at.key;
   memory.force = p / h;
-  memory.broken = t.broken;
   memory.place = t.at.point_a;
-  if (c.cohesion > 0 || c.tension > 0) memory.broken = memory.broken || gives_way(t);
+  memory.broken = t.broken || breaks(t);
   memory.glued = t.glued && !memory.broken;
   if (t.shear_stiffness > 0) {
     memory.shear = shear_at_end(t, h);

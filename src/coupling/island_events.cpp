@@ -65,6 +65,40 @@ double IslandStepper::path(const CandidatePair& pair) const {
   return moved.norm() + bulge.norm() / 4 + turned;
 }
 
+/// Where a point of a block (or of what is fixed) was at the start of the step.
+Vec3 IslandStepper::carried_back(int block, const Vec3& x) const {
+  const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+  if (l < 0) return x;
+  const Pose now = dda::pose(state_, block);
+  const Pose& then = bodies_[static_cast<std::size_t>(l)].start;
+  return then.c + then.F * (now.F.inverse() * (x - now.c));
+}
+
+/// A touch found at the end of a step as it was at its start: points and normal go back with the bodies that own them.
+Touch IslandStepper::carried_back(Touch t) const {
+  const int a = t.a.kind == Partner::Kind::block ? t.a.index : -1;
+  const Pose pose_a = a >= 0 ? dda::pose(state_, a) : Pose{};
+  const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
+  const int carrier = owner == NormalOwner::a ? a : owner == NormalOwner::b ? t.b : -1;
+  const Vec3 x = carrier >= 0 ? state_.c[static_cast<std::size_t>(carrier)] : Vec3(Vec3::Zero());
+  t.at.normal = (carried_back(carrier, x + t.at.normal) - carried_back(carrier, x)).normalized();
+  t.at.point_b = carried_back(t.b, t.at.point_b);
+  t.at.point_a = carried_back(a, t.at.point_a);
+  t.at.gap = t.at.normal.dot(t.at.point_b - t.at.point_a);
+  return t;
+}
+
+/// Hard features of a pair that are in each other at the end of the step, deeper than is left to the projection, and no rows of it.
+std::vector<Touch> IslandStepper::unforeseen(const CandidatePair& pair, std::span<const Touch> known) const {
+  std::vector<Touch> found;
+  find_touches(model_, state_, env_, pair, 0, history_, found);
+  std::erase_if(found, [&](const Touch& t) {
+    return t.stiffness > 0 || t.at.gap >= -unseen() || std::any_of(known.begin(), known.end(), [&](const Touch& k) { return k.row >= 0 && k.at.key == t.at.key; });
+  });
+  for (Touch& t : found) t = carried_back(t);
+  return found;
+}
+
 /// Fraction of the step at which a pair crosses what its rows leave open (above 1: never), and the bound on how far its bodies moved [m].
 std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& known) const {
   // Rows bound the gap of the features they name. A pair without rows may not come closer than it was known to be apart; one
@@ -74,8 +108,8 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
   bool listed = known.listed;
   double thickness = model_.blocks[static_cast<std::size_t>(pair.b)].shape->inradius;
   if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
-  const double clear = listed ? 0.25 * thickness : known.any ? std::max(known.apart, 0.0) : margins_[i];
   const double way = path(pair);
+  const double clear = listed ? 0.25 * thickness : known.any ? std::max(known.apart, 0.0) : margins_[i];
   if (way <= clear) return {never, way};
   double s = never;
   if (!listed) {
@@ -100,22 +134,29 @@ IslandStepper::Crossing IslandStepper::crossing() {
   for (std::size_t i = 0; i < pairs; ++i) {
     const CandidatePair& pair = island_->pairs[i];
     Known& k = known[i];
-    k = {std::numeric_limits<double>::infinity(), flush_pair_[i] != 0, false, false};
+    k = {.first = t, .listed = flush_pair_[i] != 0};
     for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
       k.any = true;
       k.open = k.open || touches_[t].row < 0;
       k.listed = k.listed || touches_[t].row >= 0;
       k.apart = std::min(k.apart, touches_[t].at.gap);
+      ++k.count;
     }
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
     // unforeseen starts unloaded where it is.
     k.listed = k.listed || (k.any && moving_skin(pair.a));
   }
   std::vector<std::pair<double, double>> met(pairs);
-  each_pair([&](std::size_t i) { met[i] = meeting(i, known[i]); });
   Crossing out;
+  out.features.resize(pairs);
+  each_pair([&](std::size_t i) {
+    met[i] = meeting(i, known[i]);
+    const bool may = met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
+    if (may) out.features[i] = unforeseen(island_->pairs[i], std::span(touches_).subspan(known[i].first, known[i].count));
+  });
   for (std::size_t i = 0; i < pairs; ++i) {
     const auto [s, way] = met[i];
+    out.listed = out.listed || !out.features[i].empty();
     if (s > 1) continue;
     if (ahead_[i] == 0 && (known[i].open || !known[i].any) && !moving_skin(island_->pairs[i].a)) {
       ahead_[i] = way;
@@ -127,14 +168,22 @@ IslandStepper::Crossing IslandStepper::crossing() {
   return out;
 }
 
-/// The touches of pairs ahead that lay beyond the reach of the step, at its start. All others keep the impulses of the last solution.
-void IslandStepper::look_ahead() {
+/// Rows for what a solution met: the touches of pairs ahead that lay beyond the reach of the step, at its start, and the features that it met
+/// unforeseen. All others keep the impulses of the last solution.
+void IslandStepper::look_ahead(const Crossing& met) {
   bool any = false;
   for (std::size_t i = 0; i < ahead_.size(); ++i) {
-    if (ahead_[i] == 0 || !touches_of_[i].empty()) continue;
-    margins_[i] = std::max(margins_[i], ahead_[i]);
-    find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, touches_of_[i]);
-    any = any || !touches_of_[i].empty();
+    if (ahead_[i] != 0 && touches_of_[i].empty()) {
+      margins_[i] = std::max(margins_[i], ahead_[i]);
+      find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, touches_of_[i]);
+      any = any || !touches_of_[i].empty();
+    }
+    for (const Touch& feature : met.features[i]) {
+      auto& list = touches_of_[i];
+      const auto same = std::find_if(list.begin(), list.end(), [&](const Touch& t) { return t.at.key == feature.at.key; });
+      Touch& t = same != list.end() ? *same : list.emplace_back(feature);
+      t.met = any = true;
+    }
   }
   if (!any) return;
   const std::vector<Touch> before = touches_;
@@ -158,16 +207,9 @@ bool IslandStepper::locate_event(double& h, int passes) {
       if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
     return false;
   };
-  // Where a touch found now was at the start of the step, its points carried back with their bodies.
+  // Gap at the start of the step of a touch found now.
   const auto gap_before = [&](const Touch& t) {
-    const auto back = [&](int block, const Vec3& x) {
-      const int l = local_[static_cast<std::size_t>(block)];
-      if (l < 0) return x;
-      const Pose now = dda::pose(state_, block);
-      const Pose& then = bodies_[static_cast<std::size_t>(l)].start;
-      return Vec3(then.c + then.F * (now.F.inverse() * (x - now.c)));
-    };
-    return t.at.normal.dot(back(t.b, t.at.point_b) - (t.a.kind == Partner::Kind::block ? back(t.a.index, t.at.point_a) : t.at.point_a));
+    return t.at.normal.dot(carried_back(t.b, t.at.point_b) - carried_back(t.a.kind == Partner::Kind::block ? t.a.index : -1, t.at.point_a));
   };
   std::vector<std::pair<std::uint64_t, int>> closed_pairs;
   for (const Touch& t : start)

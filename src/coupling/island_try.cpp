@@ -16,6 +16,7 @@ bool IslandStepper::take(Trial& trial) {
   trial.closed = has_closed();
   trial.passes = trial.lumped || !trial.closed ? 1 : 3;
   trial.adaptive = !trial.lumped && settings_.fixed_step <= 0;
+  trial.asked = trial.h;
   save();
   ahead_.assign(island_->pairs.size(), 0.0);
   if (trial.adaptive && trial.closed)
@@ -44,6 +45,7 @@ bool IslandStepper::take(Trial& trial) {
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
       const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
+      if (trial.breaks > 0) suggested_ = std::max(suggested_, trial.asked);   // short for its bond's sake
     }
     return true;
   }
@@ -82,6 +84,7 @@ bool IslandStepper::shortened(Trial& trial) {
     restore();
     return true;
   }
+  if (cut_at_break(trial)) return true;
   return cut_at_stop(trial);
 }
 
@@ -93,7 +96,35 @@ bool IslandStepper::met_others(Trial& trial) {
   for (Touch& touch : touches_)
     if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / trial.h;
   if (met.first < 1) trial.h *= condensed_ ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
-  if (met.listed) look_ahead();
+  if (met.listed) look_ahead(met);
+  return true;
+}
+
+/// True if this touch was bonded and its bond does not hold by the solution. A hard one: the two move on each other; many that share a load may
+/// have the most that they can bear and still hold.
+bool IslandStepper::breaks(const Touch& t) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  if (t.broken || !(c.cohesion > 0 || c.tension > 0)) return false;
+  if (t.stiffness > 0) return gives_way(t);
+  Vec3 moves = c.bias;
+  for (int k = 0; k < c.terms; ++k) {
+    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+    moves += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
+  }
+  return std::max(moves[0], moves.tail<2>().norm()) > 1e-9 * speed_;
+}
+
+/// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there.
+bool IslandStepper::cut_at_break(Trial& trial) {
+  const bool broken = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& t) { return t.row >= 0 && t.stiffness == 0 && breaks(t); });
+  if (!broken && trial.breaks == 0) return false;
+  (broken ? trial.breaks : trial.holds) = trial.h;
+  const double sharp = std::max(10 * settings_.min_step, 1e-3 * settings_.accuracy * length_ / speed_);   // [s]
+  const bool found = trial.breaks - trial.holds <= sharp;
+  if (found && broken) return false;
+  restore();
+  trial.h = found ? trial.breaks : 0.5 * (trial.holds + trial.breaks);
   return true;
 }
 

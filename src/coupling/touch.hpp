@@ -62,6 +62,7 @@ struct Touch {
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
   bool rolls = false;            // it resists rolling
+  bool met = false;              // a solution of this step met it: it is a row
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken [N].
   double bond() const;
