@@ -26,7 +26,8 @@ void IslandStepper::begin(const Island& island) {
   released_ = false;
   found_for_ = -1;
   followed_ = -1;
-  skin_path_ = step_length_ = 0;
+  skin_path_ = skin_travel_ = step_length_ = 0;
+  watches_.assign(island.pairs.size(), PairWatch{});
   seen_.clear();
   impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "coupling/pair_watch.hpp"
 #include "coupling/spring_carry.hpp"
 #include "coupling/touch.hpp"
 #include "dda/kinematics.hpp"
@@ -243,6 +244,8 @@ class IslandStepper {
   std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen
   double followed_ = -1;                  // how far from those blocks skins are followed [m]; negative: everywhere
   double skin_path_ = 0;                  // bound on how far the skins have moved since then [m]
+  double skin_travel_ = 0;                // and since the stretch began [m]
+  std::vector<PairWatch> watches_;        // per pair, while skins are followed
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;

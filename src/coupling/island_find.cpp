@@ -189,7 +189,16 @@ void IslandStepper::look(std::size_t i) {
   margins_[i] = margin;
   touches_of_[i].clear();
   if (far_apart(model_, state_, pair, margin)) return;
-  find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
+  if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
+    watches_[i].forget();
+    find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
+    return;
+  }
+  thread_local std::vector<FoundPoint> points;
+  points.clear();
+  const double ahead = reach(pair.b, found_for_) + (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, found_for_) : 0.0);
+  watches_[i].look(model_, state_, env_, pair, margin, ahead, skin_travel_, points);
+  make_touches(model_, state_, env_, pair, points, history_, touches_of_[i]);
 }
 
 /// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.

@@ -18,7 +18,9 @@ void IslandStepper::follow_skins(double h) {
   for (const int s : island_->structures)
     for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].structure->surface().velocities) fastest = std::max(fastest, v.squaredNorm());
   fastest = std::sqrt(fastest);
-  skin_path_ += 2 * step_length_ * fastest;   // of the step just made: twice, since its start may have been faster
+  const double path = 2 * step_length_ * fastest;   // of the step just made: twice, since its start may have been faster
+  skin_path_ += path;
+  skin_travel_ += path;
   double need = 0, moved = 0;
   for (const CandidatePair& pair : island_->pairs)
     if (moving_skin(pair.a)) need = std::max(need, reach(pair.b, h));
@@ -32,6 +34,8 @@ void IslandStepper::follow_skins(double h) {
   followed_ = steps_ahead * need;
   skin_path_ = 0;
   seen_.clear();
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
+    if (moving_skin(island_->pairs[i].a)) watches_[i].forget();   // what it watches may be followed no more
   for (const int s : island_->structures) {
     StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
     std::vector<Box3> boxes;

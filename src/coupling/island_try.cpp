@@ -33,7 +33,8 @@ bool IslandStepper::take(Trial& trial) {
     }
     if (condensed_) gather_skins();
     // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
-    const Outcome o = smooth(trial.h, trial.lumped, trial.passes, trial.halved >= 8 || 0.5 * trial.h < settings_.min_step);
+    const int halvings = !island_->structures.empty() && !condensed_ ? 2 : 8;   // sub-steps are as near already
+    const Outcome o = smooth(trial.h, trial.lumped, trial.passes, trial.halved >= halvings || 0.5 * trial.h < settings_.min_step);
     if (refused(trial, o)) {
       if (trial.h >= settings_.min_step) continue;
       fail_at_smallest_step();

@@ -321,55 +321,52 @@ void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env
 
 }  // namespace
 
-void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
-                  double margin, const ContactHistory& history, std::vector<Touch>& out) {
+bool presses_on_bed(const dda::Model& m, const Environment& env, const CandidatePair& pair) {
+  if (pair.a.kind != Partner::Kind::structure) return false;
+  const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
+  return !part.fixed_surface && is_bed(env.laws(part.material, m.blocks[static_cast<std::size_t>(pair.b)].material));
+}
+
+void find_points(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, std::vector<FoundPoint>& out) {
   thread_local std::vector<contact::ContactPoint> points;
   points.clear();
+  const Polyhedron& shape_b = *m.blocks[static_cast<std::size_t>(pair.b)].shape;
+  const Pose pose_b = dda::pose(s, pair.b);
+  const auto of_a = static_cast<std::size_t>(pair.a.index);
+  // Edges and vertices of a surface name no triangle: nodes and materials are those of the triangle that holds the point.
+  const contact::SurfaceIndex* index = nullptr;
+  switch (pair.a.kind) {
+    case Partner::Kind::block: contact::block_block(*m.blocks[of_a].shape, dda::pose(s, pair.a.index), shape_b, pose_b, margin, points); break;
+    case Partner::Kind::plane: contact::plane_block(env.planes[of_a], shape_b, pose_b, margin, points); break;
+    case Partner::Kind::terrain:
+      contact::surface_block(*env.terrain, shape_b, pose_b, margin, points);
+      if (!env.terrain->surface().material.empty()) index = env.terrain.get();
+      break;
+    case Partner::Kind::structure:
+      index = env.structures[of_a].index.get();
+      if (env.structures[of_a].fixed_surface) contact::surface_block(*index, shape_b, pose_b, margin, points);
+      else contact::skin_block(*index, shape_b, pose_b, margin, points);
+      break;
+  }
+  for (const contact::ContactPoint& p : points) {
+    FoundPoint& found = out.emplace_back(p, index != nullptr && p.face_a < 0);
+    if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a);
+  }
+}
+
+void make_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, std::span<const FoundPoint> points,
+                  const ContactHistory& history, std::vector<Touch>& out) {
   const std::size_t first = out.size();
   const auto kb = static_cast<std::size_t>(pair.b);
   const Polyhedron& shape_b = *m.blocks[kb].shape;
-  const Pose pose_b = dda::pose(s, pair.b);
-  if (pair.a.kind == Partner::Kind::structure) {
-    const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
-    const ContactLaw& law = env.laws(part.material, m.blocks[kb].material);
-    if (!part.fixed_surface && is_bed(law)) {
-      find_bed(part.index->surface(), *part.index, pair, law, shape_b, pose_b, margin, history[kb], out);
-      finish_bed(m, s, env, pair, history[kb], std::span(out).subspan(first));
-      return;
-    }
-  }
-  switch (pair.a.kind) {
-    case Partner::Kind::block:
-      contact::block_block(*m.blocks[static_cast<std::size_t>(pair.a.index)].shape, dda::pose(s, pair.a.index), shape_b, pose_b,
-                           margin, points);
-      break;
-    case Partner::Kind::plane:
-      contact::plane_block(env.planes[static_cast<std::size_t>(pair.a.index)], shape_b, pose_b, margin, points);
-      break;
-    case Partner::Kind::terrain: contact::surface_block(*env.terrain, shape_b, pose_b, margin, points); break;
-    case Partner::Kind::structure:
-      if (env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface)
-        contact::surface_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
-      else
-        contact::skin_block(*env.structures[static_cast<std::size_t>(pair.a.index)].index, shape_b, pose_b, margin, points);
-      break;
-  }
   const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
-  // Edges and vertices of a surface name no triangle: nodes and materials are those of the triangle that holds the point.
-  const contact::SurfaceIndex* index = nullptr;
-  if (pair.a.kind == Partner::Kind::structure) index = env.structures[static_cast<std::size_t>(pair.a.index)].index.get();
-  if (pair.a.kind == Partner::Kind::terrain && !env.terrain->surface().material.empty()) index = env.terrain.get();
   std::vector<const ContactMemory*> last_of;
-  for (contact::ContactPoint& p : points) {
-    bool on_edge = false;
-    if (index != nullptr && p.face_a < 0) {
-      p.face_a = index->triangle_at(p.point_a);
-      on_edge = true;
-    }
+  for (const FoundPoint& found : points) {
+    const contact::ContactPoint& p = found.at;
     Touch t;
-    t.on_edge = on_edge;
+    t.on_edge = found.on_edge;
     t.a = pair.a;
     t.b = pair.b;
     t.at = p;
@@ -398,6 +395,22 @@ void find_touches(const dda::Model& m, const dda::State& s, const Environment& e
   if (at_skin)
     go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);
   share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
+}
+
+void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
+                  double margin, const ContactHistory& history, std::vector<Touch>& out) {
+  if (presses_on_bed(m, env, pair)) {
+    const std::size_t first = out.size();
+    const auto kb = static_cast<std::size_t>(pair.b);
+    const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
+    find_bed(part.index->surface(), *part.index, pair, env.laws(part.material, m.blocks[kb].material), *m.blocks[kb].shape, dda::pose(s, pair.b), margin, history[kb], out);
+    finish_bed(m, s, env, pair, history[kb], std::span(out).subspan(first));
+    return;
+  }
+  thread_local std::vector<FoundPoint> points;
+  points.clear();
+  find_points(m, s, env, pair, margin, points);
+  make_touches(m, s, env, pair, points, history, out);
 }
 
 double face_edge(const TriangleSurface& skin, int triangle) {

@@ -91,6 +91,20 @@ struct CandidatePair {
   int b = 0;
 };
 
+/// A point that a search has found, before its law and history are asked.
+struct FoundPoint {
+  contact::ContactPoint at;
+  bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
+};
+
+/// True if the pair's law is a pressure of a cushion on faces (touch_bed.hpp), whose search is its own.
+bool presses_on_bed(const dda::Model&, const Environment&, const CandidatePair&);
+
+/// Appends what a pair without a bed has within the margin; and the touches of such points at the present state.
+void find_points(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin, std::vector<FoundPoint>& out);
+void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, std::span<const FoundPoint> points,
+                  const ContactHistory&, std::vector<Touch>& out);
+
 /// Appends all touches of the pair with gap <= margin at the present state.
 void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
                   const ContactHistory&, std::vector<Touch>& out);

@@ -86,6 +86,7 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
     for (std::size_t cell = 0; cell < live.size(); ++cell) computed_[cell] = live[cell] && partition_->local_cells()[cell];
   sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), part ? computed_.data() : live.data(),
                        slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
+  evaluated_ = true;
   for (std::size_t i = 0; i < node_.size(); ++i)
     for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force_[3 * i + c];
 }
@@ -117,8 +118,11 @@ void Bars::mark_nodes(std::vector<char>& touched) const {
 }
 
 void Bars::accept() {
-  old_ = next_;
-  old_strain_ = next_strain_;
+  if (!evaluated_) return;   // nothing new; what was next is older now
+  evaluated_ = false;
+  old_.swap(next_);
+  old_strain_.swap(next_strain_);
+  ties_stale_ = ties_stale_ || sums_.breaking > 0;
   if (slip_) slip_->accept();
 }
 
@@ -155,9 +159,14 @@ std::vector<Spring> Bars::springs() const {
 }
 
 void Bars::ties(const std::function<void(int, int)>& visit) const {
-  const auto& s = bars_.segments();
-  for (std::size_t k = 1; k < s.size(); ++k)
-    if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0)) visit(s[k - 1].cell, s[k].cell);
+  if (ties_stale_) {
+    ties_stale_ = false;
+    ties_.clear();
+    const auto& s = bars_.segments();
+    for (std::size_t k = 1; k < s.size(); ++k)
+      if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0)) ties_.push_back({s[k - 1].cell, s[k].cell});
+  }
+  for (const auto& [a, b] : ties_) visit(a, b);
 }
 
 std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
@@ -211,6 +220,7 @@ void Bars::write_state(std::size_t k, std::vector<double>& state) const {
 
 void Bars::read_state(std::size_t k, const double* from) {
   auto& s = old_[k];
+  ties_stale_ = true;
   for (double* value : {&s.plastic, &s.accumulated, &s.back_stress, &s.yield, &s.broken, &old_strain_[k]}) *value = *from++;
 }
 

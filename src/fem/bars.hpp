@@ -70,6 +70,9 @@ class Bars {
   std::vector<material::Steel::State> old_, next_;
   std::vector<double> old_strain_, next_strain_;
   double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
+  bool evaluated_ = false;                // since the last accept()
+  mutable std::vector<std::array<int, 2>> ties_;   // pairs of cells that an unbroken bar holds together
+  mutable bool ties_stale_ = true;
   rebar::EmbeddedBars::Sums sums_;
   std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond
   rebar::SlipField::Sums bond_;

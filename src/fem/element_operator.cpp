@@ -111,7 +111,8 @@ void ElementOperator::add_internal_force(const double* u, double* f, bool finite
     if (pack.groups == 0) continue;
     KernelArguments k = arguments(pack, shear_, bulk_, finite, u, f);
     if (measures) k.energy = pack.energy.data(), k.bound = pack.bound.data(), k.limits = limits;
-    for (const auto& run : pack.runs) {
+    find_busy(pack);
+    for (const auto& run : pack.busy) {
       std::tie(k.first, k.last) = run;
       kernels().internal_force(k);
     }
@@ -129,8 +130,8 @@ void ElementOperator::add_internal_force_of(const ElementPack& pack, const doubl
   kernels().internal_force(arguments(pack, shear_, bulk_, finite, u, f));
 }
 
-void ElementOperator::add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) const {
-  for (const ElementPack& pack : pack_) {
+void ElementOperator::add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) {
+  for (ElementPack& pack : pack_) {
     if (pack.groups == 0 || pack.mean.empty()) continue;
     ViscosityArguments k;
     k.nodes = pack.nodes.data();
@@ -143,7 +144,8 @@ void ElementOperator::add_bulk_viscosity(const double* u, const double* v, doubl
     k.f = f;
     k.density = density;
     k.wave_speed = wave_speed;
-    for (const auto& run : pack.runs) {
+    find_busy(pack);
+    for (const auto& run : pack.busy) {
       std::tie(k.first, k.last) = run;
       kernels().bulk_viscosity(k);
     }
@@ -154,6 +156,7 @@ void ElementOperator::restrict_to(const std::vector<char>& local, const std::vec
   const long w = kernels().width;
   for (ElementPack& pack : pack_) {
     pack.runs.clear();
+    pack.stale = true;
     for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane) {
       const int cell = pack.cells[lane];
       pack.local[lane] = cell >= 0 && local[cell];
@@ -166,6 +169,20 @@ void ElementOperator::restrict_to(const std::vector<char>& local, const std::vec
   }
 }
 
+void ElementOperator::find_busy(ElementPack& pack) const {
+  if (!pack.stale) return;
+  pack.stale = false;
+  pack.busy.clear();
+  const long w = kernels().width;
+  for (const auto& [first, last] : pack.runs)
+    for (long group = first; group < last; ++group) {
+      const auto scale = pack.scale.begin() + group * w;
+      if (std::all_of(scale, scale + w, [](double s) { return s == 0; })) continue;
+      if (pack.busy.empty() || pack.busy.back().second < group) pack.busy.emplace_back(group, group + 1);
+      else pack.busy.back().second = group + 1;
+    }
+}
+
 void ElementOperator::mark_nodes(std::vector<char>& touched) const {
   const long per_group = 8L * kernels().width;
   for (const ElementPack& pack : pack_)
@@ -175,7 +192,9 @@ void ElementOperator::mark_nodes(std::vector<char>& touched) const {
 
 void ElementOperator::set_on(int cell, bool on) {
   const Place at = where_[cell];
-  pack_[at.pack].scale[at.lane] = on ? 1 : 0;
+  double& scale = pack_[at.pack].scale[at.lane];
+  pack_[at.pack].stale = pack_[at.pack].stale || (scale != 0) != on;
+  scale = on ? 1 : 0;
   if (!on) pack_[at.pack].energy[at.lane] = pack_[at.pack].bound[at.lane] = 0;
 }
 

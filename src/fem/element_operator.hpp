@@ -21,7 +21,9 @@ struct ElementPack {
   AlignedVector geometry, scale, energy, bound;
   AlignedVector mean, volume, length;   // for the bulk viscosity; empty unless asked for
   long groups = 0;
-  std::vector<std::pair<long, long>> runs;  // ranges of groups that are computed
+  std::vector<std::pair<long, long>> runs;  // ranges of groups that hold a local cell
+  std::vector<std::pair<long, long>> busy;  // of those, the ones in which a cell is on: a structure that broke computes what is left of it
+  bool stale = true;                        // `busy` is to be found again
   std::vector<char> local, own;         // per lane: computed here; counts in sums here
 };
 
@@ -42,7 +44,7 @@ class ElementOperator {
   /// Packed once for calls again and again, where `scale` says which lanes count.
   ElementPack pack_of(const std::vector<int>& cells) const { return make_pack(cells, CellShape::general, false); }
   void add_internal_force_of(const ElementPack& pack, const double* u, double* f, bool finite) const;
-  void add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed) const;
+  void add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed);
 
   void set_on(int cell, bool on);
   bool is_on(int cell) const { return pack_[where_[cell].pack].scale[where_[cell].lane] != 0; }
@@ -57,6 +59,7 @@ class ElementOperator {
 
  private:
   struct Place { int pack, lane; };
+  void find_busy(ElementPack& pack) const;
   ElementPack make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const;
   const HexMesh* mesh_;
   double shear_, bulk_;

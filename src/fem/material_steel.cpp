@@ -36,9 +36,12 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
   Result r;
   if (old.broken > 0) return r;
   const double trial = p_.prestress + e * (strain - old.plastic);
-  double yield = old.yield;
-  if (yield == 0) yield = p_.rate_effect ? steel_yield_at_rate(p_.yield, rate) : p_.yield;
   const double relative = trial - old.back_stress;
+  double yield = old.yield;
+  if (yield == 0) {
+    yield = p_.yield;   // a rate only raises it: the logarithm is asked for where it decides
+    if (p_.rate_effect && std::abs(relative) > yield + isotropic_ * old.accumulated) yield = steel_yield_at_rate(yield, rate);
+  }
   const double excess = std::abs(relative) - (yield + isotropic_ * old.accumulated);
   if (excess <= 0) {
     r.stress = trial;

@@ -212,6 +212,10 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
     Vec3 d = Vec3::Zero();
     for (int i = 0; i < 8; ++i) d += (s.end[i] - s.start[i]) * reference[nodes_.back()[i]];
     s.length = d.norm();
+    Compact& c = compact_.emplace_back();
+    for (int i = 0; i < 8; ++i) c.delta[i] = s.end[i] - s.start[i];
+    c.node = nodes_.back();
+    c.length = s.length, c.area = s.area, c.bar = s.bar, c.cell = s.cell;
   }
 }
 
@@ -219,26 +223,22 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
                                         std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive,
                                         std::span<const double> slip_strain, const char* counted) const {
   Sums sums;
-  for (std::size_t k = 0; k < segments_.size(); ++k) {
-    const Segment& s = segments_[k];
+  for (std::size_t k = 0; k < compact_.size(); ++k) {
+    const Compact& s = compact_[k];
     if (alive && !alive[s.cell]) {
       next[k] = old[k];
       next_strain[k] = old_strain[k];
       continue;
     }
-    const auto& nodes = nodes_[k];
     Vec3 d = Vec3::Zero();
-    std::array<double, 8> delta;
-    for (int i = 0; i < 8; ++i) {
-      delta[i] = s.end[i] - s.start[i];
-      d += delta[i] * current[nodes[i]];
-    }
+    for (int i = 0; i < 8; ++i) d += s.delta[i] * current[s.node[i]];
     const double l = d.norm();
     const double strain = (l - s.length) / s.length + (slip_strain.empty() ? 0.0 : slip_strain[k]);
     const double rate = h > 0 ? (strain - old_strain[k]) / h : 0.0;
     const bool was_broken = old[k].broken > 0;
     const auto r = laws_[s.bar](strain, rate, old[k], next[k]);
     next_strain[k] = strain;
+    sums.breaking += !was_broken && next[k].broken > 0;
     if (!counted || counted[s.cell]) {
       const double volume = s.area * s.length;
       sums.energy += volume * r.energy;
@@ -250,7 +250,7 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
     if (r.stress == 0) continue;
     const Vec3 f = (s.area * r.stress / l) * d;
     for (int i = 0; i < 8; ++i)
-      for (int c = 0; c < 3; ++c) force[3 * nodes[i] + c] += delta[i] * f[c];
+      for (int c = 0; c < 3; ++c) force[3 * s.node[i] + c] += s.delta[i] * f[c];
   }
   return sums;
 }

@@ -56,6 +56,7 @@ class EmbeddedBars {
     double energy = 0, dissipation = 0;  ///< stored now; of this call [J]
     double largest_strain = 0;
     int yielding = 0, broken = 0;
+    int breaking = 0;                    ///< broken in this call
   };
   EmbeddedBars() = default;
   EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes);
@@ -91,6 +92,14 @@ class EmbeddedBars {
   std::vector<Bar> bars_;
   std::vector<Segment> segments_;
   std::vector<std::array<int, 8>> nodes_;  // of each segment's host
+  /// What forces need of a segment, beside each other: they are bound by memory.
+  struct Compact {
+    std::array<double, 8> delta;           // D_i
+    std::array<int, 8> node;
+    double length, area;
+    int bar, cell;
+  };
+  std::vector<Compact> compact_;
   std::vector<material::Steel> laws_;      // of each bar
 };
 

@@ -1,0 +1,136 @@
+#include "coupling/pair_watch.hpp"
+
+#include <algorithm>
+
+#include "contact/surface_near.hpp"
+
+namespace talus::coupling {
+namespace {
+
+constexpr double carried_way = 3e-4;   // of the smaller radius: as far as points of a pair that touches are carried along
+constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks
+constexpr double skin_ahead = 0.05;    // of the block's radius: vertices of the skin so near are watched one by one
+
+bool at_skin(const Environment& env, const Partner& a) {
+  return a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(a.index)].fixed_surface;
+}
+
+const TriangleSurface& skin_of(const Environment& env, const Partner& a) { return env.structures[static_cast<std::size_t>(a.index)].index->surface(); }
+
+/// Barycentric coordinates of x on a triangle of the surface, seen along its normal.
+Vec3 barycentric(const TriangleSurface& s, int triangle, const Vec3& x) {
+  const auto& v = s.triangles[static_cast<std::size_t>(triangle)];
+  const Vec3 &a = s.vertices[static_cast<std::size_t>(v[0])], &b = s.vertices[static_cast<std::size_t>(v[1])], &c = s.vertices[static_cast<std::size_t>(v[2])];
+  const Vec3 n = (b - a).cross(c - a);
+  return Vec3(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x))) / n.squaredNorm();
+}
+
+Vec3 at(const TriangleSurface& s, int triangle, const Vec3& weight) {
+  const auto& v = s.triangles[static_cast<std::size_t>(triangle)];
+  Vec3 x = Vec3::Zero();
+  for (int k = 0; k < 3; ++k) x += weight[k] * s.vertices[static_cast<std::size_t>(v[static_cast<std::size_t>(k)])];
+  return x;
+}
+
+double radius_of(const dda::Model& m, int block) { return m.blocks[static_cast<std::size_t>(block)].shape->radius; }
+
+double smaller_radius(const dda::Model& m, const CandidatePair& pair) {
+  const double b = radius_of(m, pair.b);
+  return pair.a.kind == Partner::Kind::block ? std::min(b, radius_of(m, pair.a.index)) : b;
+}
+
+}  // namespace
+
+bool PairWatch::serves(const dda::Model& m, const Environment& env, const CandidatePair& pair) {
+  if (pair.a.kind == Partner::Kind::plane || presses_on_bed(m, env, pair) || !env.joint_laws.empty() || !env.bonds.empty()) return false;   // a plane costs nothing
+  const int b = m.blocks[static_cast<std::size_t>(pair.b)].material;
+  const auto hard = [&](int a) {
+    const ContactLaw& law = env.laws(a, b);
+    return law.stiffness == ContactLaw::Stiffness::hard && law.kind != ContactLaw::Kind::hertz && law.kind != ContactLaw::Kind::table;
+  };
+  switch (pair.a.kind) {
+    case Partner::Kind::block: return hard(m.blocks[static_cast<std::size_t>(pair.a.index)].material);
+    case Partner::Kind::structure: return hard(env.structures[static_cast<std::size_t>(pair.a.index)].material);
+    case Partner::Kind::terrain: return env.terrain->surface().material.empty() && hard(env.terrain->surface().default_material);
+    case Partner::Kind::plane: break;
+  }
+  return false;
+}
+
+/// Bound on how far points of the two have moved against each other since the last search [m].
+double PairWatch::moved(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair) const {
+  const Pose b = dda::pose(s, pair.b);
+  const double radius = radius_of(m, pair.b);
+  if (pair.a.kind == Partner::Kind::block) {   // as seen from A
+    const Pose a = dda::pose(s, pair.a.index);
+    const Mat3 now = a.F.inverse(), then = a_.F.inverse();
+    return a.F.norm() * ((now * (b.c - a.c) - then * (b_.c - a_.c)).norm() + radius * (now * b.F - then * b_.F).norm());
+  }
+  double skin = 0;
+  if (at_skin(env, pair.a)) {
+    const TriangleSurface& surface = skin_of(env, pair.a);
+    for (std::size_t i = 0; i < vertex_.size(); ++i) skin = std::max(skin, (surface.vertices[static_cast<std::size_t>(vertex_[i])] - place_[i]).squaredNorm());
+  }
+  return (b.c - b_.c).norm() + radius * (b.F - b_.F).norm() + std::sqrt(skin);
+}
+
+void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, double reach, double skin_path,
+                     std::vector<FoundPoint>& out) {
+  bool holds = searched_ >= 0;
+  if (holds && at_skin(env, pair.a)) holds = skin_of(env, pair.a).revision == revision_ && skin_path - skin_path_ <= skin_slack_;
+  if (holds) {
+    const double way = moved(m, s, env, pair);
+    holds = way + margin <= searched_ && (points_.empty() || way <= carried_way * smaller_radius(m, pair));
+  }
+  if (!holds) search(m, s, env, pair, margin, reach, skin_path);
+  carry(s, env, pair, margin, out);
+}
+
+void PairWatch::search(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, double reach, double skin_path) {
+  thread_local std::vector<FoundPoint> found;
+  found.clear();
+  searched_ = margin + std::max(steps_ahead * reach, carried_way * smaller_radius(m, pair));
+  b_ = dda::pose(s, pair.b);
+  if (pair.a.kind == Partner::Kind::block) a_ = dda::pose(s, pair.a.index);
+  find_points(m, s, env, pair, searched_, found);
+  points_.clear();
+  for (const FoundPoint& f : found) points_.push_back({f, Vec3::Zero(), Vec3::Zero()});
+  if (!at_skin(env, pair.a)) return;
+  const contact::SurfaceIndex& index = *env.structures[static_cast<std::size_t>(pair.a.index)].index;
+  const TriangleSurface& surface = index.surface();
+  skin_path_ = skin_path;
+  skin_slack_ = skin_ahead * radius_of(m, pair.b);
+  revision_ = surface.revision;
+  contact::near_vertices(index, contact::bounds(*m.blocks[static_cast<std::size_t>(pair.b)].shape, b_, searched_ + skin_slack_), vertex_);
+  place_.clear();
+  for (const int v : vertex_) place_.push_back(surface.vertices[static_cast<std::size_t>(v)]);
+  for (Kept& k : points_) {
+    k.weight = barycentric(surface, k.found.at.face_a, k.found.at.point_a);
+    k.beside = k.found.at.point_a - at(surface, k.found.at.face_a, k.weight);
+  }
+}
+
+void PairWatch::carry(const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, std::vector<FoundPoint>& out) const {
+  const Pose b = dda::pose(s, pair.b);
+  const Mat3 turn_b = b.F * b_.F.inverse();
+  Pose a;
+  Mat3 turn_a = Mat3::Identity();
+  if (pair.a.kind == Partner::Kind::block) a = dda::pose(s, pair.a.index), turn_a = a.F * a_.F.inverse();
+  const bool skin = at_skin(env, pair.a);
+  for (const Kept& k : points_) {
+    FoundPoint f = k.found;
+    f.at.point_b = b.c + turn_b * (f.at.point_b - b_.c);
+    if (pair.a.kind == Partner::Kind::block) {
+      f.at.point_a = a.c + turn_a * (f.at.point_a - a_.c);
+      f.at.normal = (turn_a * f.at.normal).normalized();
+    } else if (skin) {
+      f.at.point_a = k.beside + at(skin_of(env, pair.a), f.at.face_a, k.weight);
+    }
+    // By how much the two have come apart along the normal as it was, so that what has not moved keeps its gap to the last digit.
+    const Vec3 apart = turn_a.transpose() * (f.at.point_b - f.at.point_a) - (k.found.at.point_b - k.found.at.point_a);
+    f.at.gap += k.found.at.normal.dot(apart);
+    if (f.at.gap <= margin) out.push_back(f);
+  }
+}
+
+}  // namespace talus::coupling

@@ -1,0 +1,97 @@
+// The search that is spared while bodies have not left what was searched, beside one made anew.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+
+#include "coupling/pair_watch.hpp"
+#include "dda/kinematics.hpp"
+
+namespace talus::coupling {
+namespace {
+
+std::shared_ptr<const Polyhedron> cube() {
+  std::vector<Vec3> x;
+  for (int k = 0; k < 8; ++k) x.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
+  return std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}));
+}
+
+/// Two cubes of 1 m, the second `apart` above the first.
+struct Pair {
+  dda::Model model;
+  dda::State state;
+  Environment env;
+  CandidatePair pair{{Partner::Kind::block, 0}, 1};
+  explicit Pair(double apart) {
+    dda::Model::Block block;
+    block.shape = cube();
+    model.blocks = {block, block};
+    state.c = {Vec3::Zero(), Vec3(0.1, 0.2, 1 + apart)};
+    state.v = state.w = {Vec3::Zero(), Vec3::Zero()};
+    state.q = {Quat::Identity(), Quat::Identity()};
+    state.eps = state.eps_rate = {Vec6::Zero(), Vec6::Zero()};
+    env.laws = {1, {ContactLaw{}}};
+  }
+  std::vector<FoundPoint> watched(PairWatch& watch, double margin) const {
+    std::vector<FoundPoint> out;
+    watch.look(model, state, env, pair, margin, 0, 0, out);
+    return out;
+  }
+  std::vector<FoundPoint> anew(double margin) const {
+    std::vector<FoundPoint> out;
+    find_points(model, state, env, pair, margin, out);
+    return out;
+  }
+  /// Both blocks fly on together; the second also sinks by `way` and tilts by way per metre.
+  void move(double way) {
+    const Vec3 together(0.3, -0.2, 5);
+    for (Vec3& c : state.c) c += together;
+    state.c[1].z() -= way;
+    state.q[1] = dda::rotation_by(Vec3(way, 0, 0)) * state.q[1];
+  }
+};
+
+TEST(PairWatch, GapsOfWhatTouchesAreRightToSecondOrder) {
+  Pair two(1e-3);
+  PairWatch watch;
+  ASSERT_EQ(two.watched(watch, 0.01).size(), two.anew(0.01).size());
+  two.move(5e-5);   // carried along: below 3e-4 of the radius
+  const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
+  ASSERT_EQ(kept.size(), fresh.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    EXPECT_EQ(kept[i].at.key, fresh[i].at.key);
+    EXPECT_NEAR(kept[i].at.gap, fresh[i].at.gap, 1e-8);
+    EXPECT_LT(kept[i].at.gap, 1e-3 - 2e-5);   // it did sink
+  }
+}
+
+TEST(PairWatch, WhatHasMovedFartherIsSearchedAnew) {
+  Pair two(1e-3);
+  PairWatch watch;
+  two.watched(watch, 0.01);
+  two.move(2e-3);
+  const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
+  ASSERT_EQ(kept.size(), fresh.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(kept[i].at.gap, fresh[i].at.gap);
+}
+
+TEST(PairWatch, NothingIsMissedThatComesWithinTheMargin) {
+  Pair two(0.05);
+  PairWatch watch;
+  EXPECT_TRUE(two.watched(watch, 0.01).empty());
+  for (int step = 0; step < 45; ++step) {
+    two.move(1e-3);
+    EXPECT_EQ(two.watched(watch, 0.01).empty(), two.anew(0.01).empty()) << step;
+  }
+  EXPECT_FALSE(two.watched(watch, 0.01).empty());
+}
+
+TEST(PairWatch, ServesHardContactAlone) {
+  Pair two(0);
+  EXPECT_TRUE(PairWatch::serves(two.model, two.env, two.pair));
+  two.env.laws.law[0].stiffness = ContactLaw::Stiffness::per_area;
+  EXPECT_FALSE(PairWatch::serves(two.model, two.env, two.pair));
+}
+
+}  // namespace
+}  // namespace talus::coupling
