@@ -63,7 +63,7 @@ TEST(Kernel, EqualsDealiiOnAffineCells) {
 
 TEST(Kernel, BulkViscosityTurnsWithItsElement) {
   const HexMesh mesh = block(3, 0.2);
-  const ElementOperator op(mesh, 14e9, 18e9, true);
+  ElementOperator op(mesh, 14e9, 18e9, true);
   const Mat3 turned = Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()).toRotationMatrix();
   const Vec3 spin(3, -2, 5);
   AlignedVector u = random_field(mesh.nodes.size(), 1e-2, 3), v = random_field(mesh.nodes.size(), 1.0, 5), rigid = v;
