@@ -71,10 +71,10 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
 void IslandStepper::shrink_births(int block) {
   std::vector<ContactMemory>& list = history_[static_cast<std::size_t>(block)];
   for (ContactMemory& m : list) {
-    double deepest = 0;
+    if (m.feature != born_inside) continue;
+    m.indentation = 0;
     for (const Touch& t : touches_)
-      if (t.b == block && t.a.id() == m.partner) deepest = std::max(deepest, t.offset - t.at.gap);
-    if (m.feature == born_inside) m.indentation = deepest;
+      if (t.b == block && t.a.id() == m.partner) m.indentation = std::max(m.indentation, t.offset - t.at.gap);
   }
   std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
 }
@@ -90,8 +90,11 @@ void IslandStepper::commit(double t_end, double h) {
     for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
     std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
   }
+  std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
+  for (const Touch& t : touches_)
+    if (!t.craters.empty()) craters.push_back(&t);
   for (const Body& b : bodies_) {
-    keep_craters(touches_, b.block, history_[static_cast<std::size_t>(b.block)]);
+    keep_craters(craters, b.block, history_[static_cast<std::size_t>(b.block)]);
     shrink_births(b.block);
   }
   for (const Touch& t : touches_)

@@ -148,19 +148,19 @@ bool is_bed(const ContactLaw& law) {
 
 bool is_crater(const ContactMemory& m) { return m.feature >> 60 == crater_kind; }
 
-void keep_craters(std::span<const Touch> touches, int block, std::vector<ContactMemory>& list) {
+void keep_craters(std::span<const Touch* const> touches, int block, std::vector<ContactMemory>& list) {
   const std::size_t known = list.size();
-  for (const Touch& t : touches) {
-    if (t.b != block) continue;
-    for (const Crater& crater : t.craters) {
+  for (const Touch* t : touches) {
+    if (t->b != block) continue;
+    for (const Crater& crater : t->craters) {
       const auto end = list.begin() + static_cast<std::ptrdiff_t>(known);
-      const auto found = std::lower_bound(list.begin(), end, std::pair(t.a.id(), crater.cell), before);
-      if (found != end && found->partner == t.a.id() && found->feature == crater.cell) {
+      const auto found = std::lower_bound(list.begin(), end, std::pair(t->a.id(), crater.cell), before);
+      if (found != end && found->partner == t->a.id() && found->feature == crater.cell) {
         found->crushed = std::max(found->crushed, crater.depth);
         continue;
       }
       ContactMemory memory;
-      memory.partner = t.a.id();
+      memory.partner = t->a.id();
       memory.feature = crater.cell;
       memory.crushed = crater.depth;
       list.push_back(memory);

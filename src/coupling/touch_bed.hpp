@@ -18,7 +18,7 @@ bool is_crater(const ContactMemory& memory);
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
               const std::vector<ContactMemory>& memory, std::vector<Touch>& out);
 
-/// Deepens the craters in a block's memory, sorted by (partner, feature), by those that its touches found.
-void keep_craters(std::span<const Touch> touches, int block, std::vector<ContactMemory>& list);
+/// Deepens the craters in a block's memory, sorted by (partner, feature), by those that its own among these touches found.
+void keep_craters(std::span<const Touch* const> touches, int block, std::vector<ContactMemory>& list);
 
 }  // namespace talus::coupling
