@@ -28,6 +28,9 @@ ForeignLetter letter_at(std::string_view text, std::size_t at) {
   return found;
 }
 
+/// A quote opens a text where a key or a value may begin; elsewhere the parser reads on as if it were a letter.
+bool may_open(std::string_view text, std::size_t at) { return at == 0 || std::string_view(" \t\r\n=,[{.").find(text[at - 1]) != std::string_view::npos; }
+
 /// The first byte behind the quoted text that begins at `at`, or the first letter beyond ASCII that follows a line's closing backslash in it.
 std::size_t behind_quotes(std::string_view text, std::size_t at) {
   const char quote = text[at];
@@ -52,7 +55,7 @@ std::optional<ForeignLetter> foreign_letter(std::string_view text) {
   while (i < text.size()) {
     if (beyond_ascii(text[i])) return letter_at(text, i);
     if (text[i] == '#') i = std::min(text.find('\n', i), text.size());
-    else if (text[i] == '"' || text[i] == '\'') i = behind_quotes(text, i);
+    else if ((text[i] == '"' || text[i] == '\'') && may_open(text, i)) i = behind_quotes(text, i);
     else ++i;
   }
   return std::nullopt;

@@ -16,6 +16,7 @@ TEST(ForeignLetter, IsFoundOutsideQuotesWithItsPlace) {
   ASSERT_TRUE(key);
   EXPECT_EQ(key->line, 2);
   EXPECT_EQ(key->column, 3);
+  EXPECT_TRUE(foreign_letter("a = 1l\":°\"\n")) << "no text begins behind a letter";
   EXPECT_EQ(foreign_letter("a = 1\xa0\n")->letter, "byte 0xa0");
   EXPECT_EQ(foreign_letter("\xff\xfe s")->letter, "byte 0xff");
 }
@@ -24,6 +25,7 @@ TEST(ForeignLetter, MayStandInTextsAndComments) {
   EXPECT_FALSE(foreign_letter("\xef\xbb\xbfschema = 1  # in m³\n"));
   EXPECT_FALSE(foreign_letter("a = \"28° \\\" °\"\nb = 'C:\\°'\n"));
   EXPECT_FALSE(foreign_letter("a = \"\"\"°\n \" \"\" ° \\\" \"\"\"\nb = '''°'\n'' ° \\'''\n"));
+  EXPECT_FALSE(foreign_letter("a = \"\"\"ends in a quote°\"\"\"\"\nb = {c=\"°\",d.\"°\"='°'}\n"));
   EXPECT_FALSE(foreign_letter("a = \"\"\"one \\\n   two °\"\"\"\n"));
   EXPECT_TRUE(foreign_letter("a = \"\"\"one \\\n   ° two\"\"\"\n")) << "behind a line's closing backslash the parser looks for blanks";
   EXPECT_TRUE(foreign_letter("a = \"never closed\n° = 1\n"));
