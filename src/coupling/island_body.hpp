@@ -1,5 +1,6 @@
 /// Private parts of IslandStepper.
 #pragma once
+#include <algorithm>
 #include <span>
 
 #include "coupling/island.hpp"
@@ -61,6 +62,7 @@ struct IslandStepper::Trial {
   double start = 0;                  // [s]
   double remaining = 0;              // of the stretch [s]
   double h = 0;                      // [s]
+  double usual = 0;                  // length by what may move, where all stand still and the step is the rest of the stretch [s]; else 0
   bool lumped = false;               // onsets are rows, not events
   bool closed = false;               // something touches at its start
   bool adaptive = false;             // event driven, its length by error control
@@ -72,6 +74,17 @@ struct IslandStepper::Trial {
   double asked = 0;                  // first length tried [s]
   double holds = 0, breaks = 0;      // lengths over which all bonds hold, over which one breaks; 0: none tried [s]
 };
+
+/// Speed below which a block counts as at rest, in a step of length h [m/s].
+inline double still_speed(const dda::Model& model, double h) { return 1e-6 * model.gravity.norm() * h; }
+
+/// True if no point of the blocks moves faster than `still` [m/s].
+inline bool stand(const dda::Model& model, const dda::State& state, std::span<const int> blocks, double still) {
+  return std::all_of(blocks.begin(), blocks.end(), [&](int b) {
+    const auto k = static_cast<std::size_t>(b);
+    return state.v[k].norm() + model.blocks[k].shape->radius * (state.w[k].norm() + state.eps_rate[k].norm()) <= still;
+  });
+}
 
 /// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
 /// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch.

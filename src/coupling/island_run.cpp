@@ -2,12 +2,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
+
+bool hard_alone(const std::vector<Touch>& touches) {
+  return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
+}
 }
 
 IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop) {
@@ -25,12 +30,16 @@ IslandReport IslandStepper::run(double t, double duration) {
   double done = 0;
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t);
+  bool restless = small || with_structure || settings_.fixed_step > 0;   // no long steps of what stands
+  for (int b : island_->blocks) restless = restless || model_.blocks[static_cast<std::size_t>(b)].deformable;
   while (duration - done > 1e-12 * duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
     trial.lumped = !small || impacts_ > 200;
     trial.h = next_length(trial, duration, longest);
+    if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
+      trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
@@ -40,7 +49,10 @@ IslandReport IslandStepper::run(double t, double duration) {
     }
     weigh_springs();
     if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
+    const bool long_step = trial.usual > 0;
     if (!take(trial)) return report_;
+    restless = restless || (long_step && trial.usual == 0);
+    if (!small && !with_structure) suggested_ = trial.usual > 0 ? trial.h : 0;   // as far is searched next time
     double taken = trial.h;
     if (!trial.lumped && !locate_event(taken, trial.passes)) {
       reject();
@@ -158,7 +170,7 @@ IslandReport IslandStepper::fail_at_smallest_step() {
 }
 
 void IslandStepper::rest_check(double h) {
-  double still = 1e-6 * model_.gravity.norm() * h;
+  double still = still_speed(model_, h);
   bool rest = still > 0 && certified_;
   for (int s : island_->structures) rest = rest && condensed_ && env_.structures[static_cast<std::size_t>(s)].structure->quiet();
   if (condensed_) still += 2 * skin_speed();

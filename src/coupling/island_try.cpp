@@ -1,6 +1,7 @@
 // One step until it stands: solved, then shortened while its error, its energy or something met on the way asks for it.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "coupling/island_body.hpp"
 
@@ -54,6 +55,11 @@ bool IslandStepper::take(Trial& trial) {
 
 /// Not solved, or with too large an error: taken back, `trial` asks for a shorter step.
 bool IslandStepper::refused(Trial& trial, const Outcome& o) {
+  if (trial.usual > 0 && !(o.ok && certified_ && stand(model_, state_, island_->blocks, still_speed(model_, trial.usual)))) {
+    reject();   // it does not go on standing: a step like any other
+    trial.h = std::exchange(trial.usual, 0.0);
+    return true;
+  }
   const double limit = error_limit();
   if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
   reject();

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "scene/document.hpp"
@@ -72,6 +73,10 @@ Node parse_json(const std::string& text, const std::string& file, std::vector<Pr
     std::string why = error.what();
     if (const auto colon = why.find(": "); colon != std::string::npos) why = why.substr(colon + 2);
     problem.rule = "not JSON: " + why;
+  } catch (const nlohmann::json::exception& error) {   // a number beyond what a double holds
+    const std::string why = error.what();
+    problem.line = 1;
+    problem.rule = "not JSON: " + why.substr(std::min(why.find("] ") + 2, why.size()));
   }
   problems.push_back(problem);
   return empty;

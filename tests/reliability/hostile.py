@@ -113,6 +113,7 @@ CASES = {
     "grid-one-row": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n", nrows=1)}, ["g.asc"]),
     "tif-of-nothing": (HEAD + site("g.tif") + BODY, {"g.tif": b"II*\0" + b"\xff" * 60}, ["g.tif"]),
     "tif-empty": (HEAD + site("g.tif") + BODY, {"g.tif": b""}, ["g.tif"]),
+    "json-number-beyond-numbers": (["check", "{dir}/r.json"], {"r.json": '{"schema": 1, "title": 17e439}'}, ["r.json", "17e439"]),
     "tif-of-an-earth": (HEAD + site("g.tif") + BODY, {"g.tif": tiff(60000, 60000)}, ["g.tif", "heights"]),
     "tif-that-names-another": (HEAD + site("g.tif") + BODY, {"g.asc": GOOD_GRID, "g.tif": VIRTUAL}, ["g.tif", "GeoTIFF"]),
     "terrain-is-a-pipe": (HEAD + site("pipe.asc") + BODY, {"pipe.asc": os.mkfifo}, ["pipe.asc", "not a file"]),
