@@ -349,7 +349,7 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
       break;
   }
   for (const contact::ContactPoint& p : points) {
-    FoundPoint& found = out.emplace_back(p, index != nullptr && p.face_a < 0);
+    FoundPoint& found = out.emplace_back(FoundPoint{p, index != nullptr && p.face_a < 0});
     if (found.on_edge) found.at.face_a = index->triangle_at(p.point_a);
   }
 }

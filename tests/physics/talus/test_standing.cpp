@@ -1,0 +1,43 @@
+// What stands needs no steps of what falls, whether or not it may sleep.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+
+#include "verify/measures.hpp"
+#include "verify/scene_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+/// A tower of more cubes than events are located for, which may not sleep.
+std::string tower(int cubes, double duration, const Vec3& gravity) {
+  SceneText s(Method::by_accuracy(1e-3), duration, gravity, "sleeping = false\n");
+  s.history(0.1).material("rock", 2500).interface("rock", "rock", 0.6, "normal_stiffness = \"hard\"").interface("rock", "ground", 0.6, "normal_stiffness = \"hard\"");
+  s.plane(Vec3::UnitZ());
+  for (int i = 0; i < cubes; ++i) s.box(fmt::format("B{}", i), Vec3::Ones(), Vec3(0, 0, 0.5 + i), "deformable = false\n");
+  return s.str();
+}
+
+TEST(Standing, TowerTakesOneStepAFrame) {
+  const Outcome o = run_scene(tower(15, 2, Vec3(0, 0, -9.81)));
+  ASSERT_TRUE(o.ok());
+  EXPECT_LE(o.result.counters.steps, 25);   // 120 by what a block may fall in a step
+  EXPECT_LT((o.last().position[14] - Vec3(0, 0, 14.5)).norm(), 1e-8);
+}
+
+TEST(Standing, WhatSlidesOffFromRestIsFollowed) {
+  // Gravity slants beyond the friction of the topmost cube alone, which has nothing above it to hold.
+  const double pull = 0.62 * 9.81, t = 0.3;
+  SceneText s(Method::by_accuracy(1e-3), t, {pull, 0, -9.81}, "sleeping = false\n");
+  s.history(0.1).material("rock", 2500).material("ice", 2500);
+  s.interface("*", "*", 0.7, "normal_stiffness = \"hard\"").interface("rock", "ice", 0.6, "normal_stiffness = \"hard\"").plane(Vec3::UnitZ());
+  for (int i = 0; i < 13; ++i) s.box(fmt::format("B{}", i), Vec3(8, 8, 0.5), Vec3(0, 0, 0.25 + 0.5 * i), "deformable = false\n");
+  s.box("top", Vec3::Ones(), Vec3(0, 0, 7), "deformable = false\n", "ice");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  EXPECT_NEAR(o.last().position[13].x(), 0.5 * 0.02 * 9.81 * t * t, 1e-6);
+  EXPECT_NEAR(o.last().position[12].x(), 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace talus::verify
