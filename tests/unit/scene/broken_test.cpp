@@ -30,6 +30,7 @@ const Broken list[] = {
     {"duration = \"30 s\"", "duration = \"30 m\"", "simulation.duration", "must be a time in s, e.g. 1e-3 or \"1 ms\": this one is in m"},
     {"duration = \"30 s\"", "duration = \"30 sec\"", "simulation.duration", "unknown unit \"sec\""},
     {"duration = \"30 s\"", "duration = \"30\"", "simulation.duration", "the unit is missing"},
+    {"duration = \"30 s\"", "duration = 30°", "", "values with a unit, stand in quotes"},
     {"duration = \"30 s\"", "duration = 0", "simulation.duration", "must be > 0 s"},
     {"duration = \"30 s\"", "duration = -1", "simulation.duration", "must be > 0 s"},
     {"duration = \"30 s\"", "duration = nan", "simulation.duration", "must be finite"},
