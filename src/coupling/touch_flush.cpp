@@ -121,8 +121,11 @@ void drop_internal_edges(const dda::Model& m, const dda::State& s, const Environ
   for (std::size_t i = 0; i < touches.size(); ++i) any |= (drop[i] = filter.internal(i) ? 1 : 0) != 0;
   if (!any) return;
   std::size_t kept = 0;
-  for (std::size_t i = 0; i < touches.size(); ++i)
-    if (drop[i] == 0) touches[kept++] = touches[i];
+  for (std::size_t i = 0; i < touches.size(); ++i) {
+    if (drop[i] != 0) continue;
+    if (kept != i) touches[kept] = std::move(touches[i]);
+    ++kept;
+  }
   touches.resize(kept);
 }
 
