@@ -248,6 +248,7 @@ class Builder {
       state.eps.push_back(s.eps[k]);
       state.eps_rate.push_back(s.eps_rate[k]);
     }
+    world_->order = std::move(sorted);
     model_ = std::move(model);
     state_.blocks = std::move(state);
     for (coupling::Bond& b : env_.bonds) std::tie(b.a, b.b) = std::minmax({place[static_cast<std::size_t>(b.a)], place[static_cast<std::size_t>(b.b)]});

@@ -10,11 +10,6 @@
 
 namespace talus::sim {
 
-int World::listed(int placed) const {
-  const auto at = std::find(place.begin(), place.end(), placed);
-  return at != place.end() ? static_cast<int>(at - place.begin()) : placed;
-}
-
 Pose World::pose(int listed) const {
   const int block = placed(listed);
   if (paper) return dda::Shi1988::pose(system->state().blocks, paper->history, block);

@@ -50,8 +50,9 @@ class World {
 
   // Results list blocks as the scene does, then fragments; the system has those of the scene in the order of their names.
   std::vector<int> place;   // in the system, of each block of the scene
+  std::vector<int> order;   // in the scene, of each such block of the system
   int placed(int listed) const { return listed < static_cast<int>(place.size()) ? place[static_cast<std::size_t>(listed)] : listed; }
-  int listed(int placed) const;
+  int listed(int placed) const { return placed < static_cast<int>(order.size()) ? order[static_cast<std::size_t>(placed)] : placed; }
   Pose pose(int listed) const;
 };
 
