@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
 #include "io/files.hpp"
+#include "io/json_file.hpp"
 #include "sim/simulation.hpp"
 
 namespace talus::app {
@@ -21,19 +22,24 @@ json curve(const PushDown& p) {
   return points;
 }
 
-/// What the run's summary says of a member, if it says anything.
-json of_summary(const json& summary, const std::string& structure, const std::string& member) {
-  for (const json& s : summary.value("structures", json::array()))
-    if (s.value("name", std::string()) == structure)
-      for (const json& m : s.value("members", json::array()))
-        if (m.value("name", std::string()) == member) return m;
+/// The object named `name` in list `key` of `of`; empty if there is none.
+json named(const json& of, const char* key, const std::string& name) {
+  if (of.contains(key))
+    for (const json& entry : of[key])
+      if (entry.is_object() && entry.contains("name") && entry["name"] == name) return entry;
   return json::object();
+}
+
+/// The value of `key` as a cell of a table.
+std::string plain(const json& of, const char* key) {
+  const json value = of.value(key, json("-"));
+  return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
 json entry(const std::string& structure, const PushDown& now, const PushDown& built, double permanent, const json& said) {
   const double ratio = now.capacity / built.capacity;
   fmt::print("{:<16} {:<8} {:>14.1f} {:>14.1f} {:>9.3f} {:>14.1f} {:>8.2f}   {} {}\n", structure, now.member, built.capacity / 1e3, now.capacity / 1e3, ratio, permanent / 1e3,
-             permanent > 0 ? now.capacity / permanent : 0.0, said.contains("damage_class") ? said["damage_class"].dump() : "-", said.value("damage_class_name", std::string("-")));
+             permanent > 0 ? now.capacity / permanent : 0.0, plain(said, "damage_class"), plain(said, "damage_class_name"));
   return {{"structure", structure},
           {"member", now.member},
           {"capacity_built", built.capacity},
@@ -60,7 +66,7 @@ int command_capacity(const Options& options) {
   });
   const std::vector<Structure*> structures = simulation.structures();
   std::error_code none;
-  const json summary = fs::exists(directory / "summary.json", none) ? json::parse(io::read_file(directory / "summary.json")) : json::object();
+  const json summary = fs::exists(directory / "summary.json", none) ? io::read_json(directory / "summary.json", "delete it to have the capacities without the damage classes") : json::object();
   json rows = json::array();
   const fs::path file = directory / "capacity.json";
   fmt::print("{:<16} {:<8} {:>14} {:>14} {:>9} {:>14} {:>8}   {}\n", "structure", "member", "as built [kN]", "now [kN]", "now/built", "permanent [kN]", "reserve", "damage class");
@@ -72,7 +78,7 @@ int command_capacity(const Options& options) {
     fmt::print(stderr, "{} as it stands now:\n", final.scene.structures[q].name);
     s.restore(final.of(static_cast<int>(q)));
     const std::vector<PushDown> now = s.push_down();
-    for (std::size_t k = 0; k < built.size(); ++k) rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k].axial_preload, of_summary(summary, final.scene.structures[q].name, now[k].member)));
+    for (std::size_t k = 0; k < built.size(); ++k) rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k].axial_preload, named(named(summary, "structures", final.scene.structures[q].name), "members", now[k].member)));
     std::fflush(stdout);
     io::write_file(file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) + "\n");   // with each structure, should a later one fail
   }

@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cmath>
 #include <filesystem>
 
 #include "app/commands.hpp"
@@ -9,6 +11,8 @@
 #include "geometry/terrain.hpp"
 #include "io/block_files.hpp"
 #include "io/convert.hpp"
+#include "io/files.hpp"
+#include "io/gis_files.hpp"
 
 namespace talus::app {
 
@@ -26,6 +30,18 @@ void raster_to_mesh(const std::string& in, const std::string& out) {
   mesh.vertices = terrain.surface.vertices;
   mesh.triangles = terrain.surface.triangles;
   geometry::write_mesh(out, mesh);
+}
+
+/// "/maps/kinetic@2.5": the map of a quantity with cells of 2.5 m.
+geometry::Raster map_of(const std::string& file, const std::string& part) {
+  const std::size_t from = part.rfind('/') + 1, mark = part.find('@', from);
+  double cell = 0;
+  if (mark != std::string::npos) {
+    const char* const end = part.data() + part.size();
+    const auto [stop, status] = std::from_chars(part.data() + mark + 1, end, cell);
+    if (status != std::errc{} || stop != end || !(cell > 0) || !std::isfinite(cell)) throw io::bad_file(file, part, "the cell's size is no length", "write /maps/kinetic@2.5 (metres), or leave it out");
+  }
+  return io::results_map(file, part.substr(from, mark == std::string::npos ? mark : mark - from), cell);
 }
 
 /// Tells what was changed and what is still wrong.
@@ -56,6 +72,8 @@ int command_convert(const Options& options) {
     geometry::write_mesh(out, io::read_blocks(file, part.size() > blocks.size() ? part.substr(blocks.size() + 1) : ""));
   else if (geometry::is_mesh_file(in) && is_hdf5(out)) io::write_blocks(out, in);
   else if (geometry::is_mesh_file(in)) geometry::write_mesh(out, geometry::read_mesh(in));
+  else if (is_hdf5(file) && is_raster(out) && part.starts_with("/maps/")) geometry::write_raster(out, map_of(file, part));
+  else if (is_hdf5(file) && out.ends_with(".geojson") && (part.empty() || part == "/history/blocks")) io::write_file(out, io::tracks_geojson(file));
   else if (is_raster(in) && is_raster(out)) geometry::write_raster(out, geometry::read_raster(in));
   else if (is_raster(in) && geometry::is_mesh_file(out)) raster_to_mesh(in, out);
   else io::convert(in, out);

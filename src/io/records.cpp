@@ -157,7 +157,7 @@ std::vector<RunHeader::BlockInfo> decode_blocks(std::string_view bytes) {
 std::string encode_header(const RunHeader& h) {
   ByteWriter w;
   const auto put = writing(w);
-  put(h.title), put(h.duration), put(encode_blocks(h.blocks)), put(h.terrain.vertices), put(h.terrain.triangles);
+  put(h.title), put(h.duration), put(h.crs), put(h.map_origin), put(encode_blocks(h.blocks)), put(h.terrain.vertices), put(h.terrain.triangles);
   put_list(w, h.planes, [&](const Plane& p) { put(p.point), put(p.normal); });
   put_list(w, h.structures, [&](const RunHeader::StructureInfo& s) {
     put(s.name), put(s.probes), put(s.probe_at), put(s.plan);
@@ -172,7 +172,7 @@ RunHeader decode_header(std::string_view bytes) {
   ByteReader r(bytes);
   const auto get = reading(r);
   RunHeader h;
-  get(h.title), get(h.duration);
+  get(h.title), get(h.duration), get(h.crs), get(h.map_origin);
   h.blocks = decode_blocks(r.take<std::string>());
   get(h.terrain.vertices), get(h.terrain.triangles);
   check_indices(h.terrain.triangles, h.terrain.vertices.size());

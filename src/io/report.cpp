@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "io/json_file.hpp"
 #include "io/recorder.hpp"
 #include "io/report_data.hpp"
 
@@ -24,16 +25,24 @@ __asm__(
 namespace fs = std::filesystem;
 
 namespace talus::io {
+namespace {
+
+constexpr const char* summary_remedy = "run the scene again, or bring back the file that the run wrote";
+constexpr const char* capacity_remedy = "delete it, and let talus capacity make it anew";
+
+}  // namespace
 
 ReportData::ReportData(const fs::path& directory)
-    : file(Hdf5File::open(directory / "results.h5")), summary(nlohmann::ordered_json::parse(read_file(directory / "summary.json"))),
+    : file(Hdf5File::open(directory / "results.h5")), summary(read_json(directory / "summary.json", summary_remedy)),
       time(file.read<double>("/history/time").values), names(file.read_texts("/history/blocks/name")) {
   meta["summary"] = summary;
   std::error_code none;
-  if (fs::exists(directory / "capacity.json", none)) {
-    meta["capacity"] = nlohmann::ordered_json::parse(read_file(directory / "capacity.json"))["members"];
-    for (auto& member : meta["capacity"]) member.erase("curve_built"), member.erase("curve_now");
-  }
+  if (const fs::path capacity = directory / "capacity.json"; fs::exists(capacity, none)) try {
+      meta["capacity"] = read_json(capacity, capacity_remedy).at("members");
+      for (auto& member : meta["capacity"]) member.erase("curve_built"), member.erase("curve_now");
+    } catch (const nlohmann::json::exception& fault) {
+      throw bad_json(capacity, fault, capacity_remedy);
+    }
   for (const auto& m : summary.value("impacts", nlohmann::ordered_json::array())) windows.emplace_back(m.value("start", 0.0) - 0.1, m.value("end", 0.0) + 0.4);
 }
 
@@ -93,7 +102,11 @@ fs::path write_report(const fs::path& directory) {
   if (!fs::exists(directory / "results.h5", error) || !fs::exists(directory / "summary.json", error))
     throw bad_file(directory, {}, "holds no results (results.h5 and summary.json)", "name the output directory of a run");
   const fs::path path = directory / "report.html";
-  write_file(path, page(directory));
+  try {
+    write_file(path, page(directory));
+  } catch (const json::exception& fault) {   // a key of another kind than the run wrote
+    throw bad_json(directory / "summary.json", fault, summary_remedy);
+  }
   return path;
 }
 

@@ -56,6 +56,7 @@ void write_geometry(Hdf5File& file, const sim::RunHeader& h) {
   file.write("/history/blocks/name", names, "names in the order of the scene, then the rock mass, then fragments");
   file.write<double>("/history/blocks/mass", mass, {mass.size()}, "kg", "mass");
 
+  file.write<double>("/geometry/map_origin", std::vector<double>(h.map_origin.data(), h.map_origin.data() + 3), {3}, "m", "map coordinates of the scene's origin, in the system that the attribute crs of the file names");
   if (!h.terrain.triangles.empty()) {
     file.write<double>("/geometry/terrain/vertices", flat(h.terrain.vertices), {h.terrain.vertices.size(), 3}, "m", "scene coordinates");
     file.write<std::int32_t>("/geometry/terrain/triangles", flat(h.terrain.triangles), {h.terrain.triangles.size(), 3}, "1", "rows of vertices, outward");

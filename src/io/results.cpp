@@ -55,6 +55,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     file.attribute("/", "program", std::string("talus"));
     file.attribute("/", "schema", std::int64_t{1});
     file.attribute("/", "title", c.header.title);
+    file.attribute("/", "crs", c.header.crs);
     HistoryWriter history(file, c.header, c.rows);
     ContactWriter contacts(file, c.contacts);
     write_geometry(file, c.header);

@@ -37,6 +37,8 @@ double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 SummaryBuilder::SummaryBuilder(const sim::RunHeader& header) {
   header_.title = header.title;
   header_.duration = header.duration;
+  header_.crs = header.crs;
+  header_.map_origin = header.map_origin;
   header_.structures = header.structures;
   header_.materials = header.materials;
   header_.plan = header.plan;

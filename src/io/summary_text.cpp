@@ -207,6 +207,7 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
   j["title"] = header_.title;
   j["status"] = outcome != nullptr ? outcome->status : "unfinished";
   j["message"] = outcome != nullptr ? outcome->message : "";
+  j["map"] = {{"crs", header_.crs}, {"origin", vec(header_.map_origin)}};
   j["time"] = {{"end", time_}, {"duration", header_.duration}};
   if (outcome != nullptr) {
     j["time"]["wall_seconds"] = outcome->counters.wall_seconds;

@@ -465,6 +465,10 @@ class Builder {
     const scene::Scene& s = world_->scene;
     h.title = s.title;
     h.duration = s.simulation.duration;
+    if (s.site) {
+      h.crs = s.site->crs.empty() && terrain_ ? terrain_->crs : s.site->crs;
+      h.map_origin = s.site->origin;
+    }
     for (const int k : world_->place) {
       const dda::Model::Block& b = world_->system->model().blocks[static_cast<std::size_t>(k)];
       const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];

@@ -14,6 +14,8 @@ namespace talus::sim {
 struct RunHeader {
   std::string title;
   double duration = 0;
+  std::string crs;                     // coordinate reference system of the terrain, "EPSG:31254" or WKT; empty: not known
+  Vec3 map_origin = Vec3::Zero();      // map coordinates of the scene's origin [m]
   struct BlockInfo {
     std::string name;
     double mass = 0;

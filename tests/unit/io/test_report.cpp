@@ -132,3 +132,29 @@ TEST(Report, NeedsResults) {
   EXPECT_THROW(io::write_report(scratch.path), InputError);
   EXPECT_THROW(io::write_report(scratch.path / "nowhere"), InputError);
 }
+
+TEST(Report, NamesTheFileThatIsNotAsTheRunWroteIt) {
+  const Scratch scratch;
+  SyntheticRun run;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.finish({});
+  }
+  const std::string whole = io::read_file(options.directory / "summary.json");
+  const auto told = [&](const char* file, std::string_view text) {
+    io::write_file(options.directory / file, text);
+    try {
+      io::write_report(options.directory);
+    } catch (const InputError& error) {
+      return std::string(error.what()).find(file) != std::string::npos;
+    }
+    return false;
+  };
+  for (const char* text : {"", "{", "[]", "{\"title\": 3}", "{\"impacts\": [{\"start\": \"soon\"}]}"}) EXPECT_TRUE(told("summary.json", text)) << text;
+  io::write_file(options.directory / "summary.json", whole);
+  for (const char* text : {"", "{}", "{\"members\": [7]}"}) EXPECT_TRUE(told("capacity.json", text)) << text;
+}

@@ -1,0 +1,117 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "core/error.hpp"
+#include "geometry/raster/raster_module.hpp"
+#include "io/gis_files.hpp"
+#include "io/hdf5_file.hpp"
+#include "io/recorder.hpp"
+#include "scratch.hpp"
+#include "synthetic.hpp"
+
+using namespace talus;
+using talus::test::Scratch;
+using talus::test::SyntheticRun;
+
+namespace {
+
+const Vec3 map_origin(50'000, 200'000, 10);
+
+struct GisFiles : testing::Test {
+  Scratch scratch;
+  SyntheticRun run;
+  std::filesystem::path results;
+  void SetUp() override {
+    run.cells = {1, 1, 2};
+    run.history_interval = 0.02;
+    auto header = run.header();
+    header.crs = "EPSG:31254";
+    header.map_origin = map_origin;
+    io::RecorderOptions o;
+    o.directory = scratch.path / "out";
+    o.paraview = false;
+    io::Recorder recorder(o, header);
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.finish({});
+    results = o.directory / "results.h5";
+  }
+  /// Value of the cell that holds a point of the scene.
+  static double at(const geometry::Raster& map, const Vec3& p) {
+    const auto j = static_cast<int>(std::floor((p.x() + map_origin.x() - map.transform[0]) / map.transform[1]));
+    const auto i = static_cast<int>(std::floor((p.y() + map_origin.y() - map.transform[3]) / map.transform[5]));
+    EXPECT_TRUE(i >= 0 && i < map.rows && j >= 0 && j < map.columns);
+    return map.values[static_cast<std::size_t>(i * map.columns + j)];
+  }
+  static double sum(const geometry::Raster& map) {
+    double s = 0;
+    for (const double v : map.values) s += std::isnan(v) ? 0 : v;
+    return s;
+  }
+};
+
+}  // namespace
+
+TEST_F(GisFiles, TracksLieInMapCoordinatesWithTheirSystem) {
+  const auto root = nlohmann::json::parse(io::tracks_geojson(results));
+  EXPECT_EQ(root["type"], "FeatureCollection");
+  EXPECT_EQ(root["crs"]["properties"]["name"], "EPSG:31254");
+  ASSERT_EQ(root["features"].size(), 3u);   // two boulders and a fragment
+  const auto& boulder = root["features"][0];
+  EXPECT_EQ(boulder["geometry"]["type"], "LineString");
+  EXPECT_EQ(boulder["properties"]["name"], "B1");
+  EXPECT_DOUBLE_EQ(boulder["properties"]["mass"].get<double>(), 2600 * 2.6 * 3.0 * 3.4);
+  const auto& line = boulder["geometry"]["coordinates"];
+  const Vec3 start = run.position(0, 0) + map_origin, end = run.position(0, run.end) + map_origin;
+  for (int k = 0; k < 3; ++k) {
+    EXPECT_NEAR(line.front()[static_cast<std::size_t>(k)].get<double>(), start[k], 1e-9);
+    EXPECT_NEAR(line.back()[static_cast<std::size_t>(k)].get<double>(), end[k], 1e-6);
+  }
+  EXPECT_GT(line.size(), 50u);
+  EXPECT_EQ(root["features"][2]["properties"]["fragment"], true);
+  EXPECT_NEAR(root["features"][2]["properties"]["birth"].get<double>(), run.impact + 0.5, 1.5 * run.history_interval);
+}
+
+TEST_F(GisFiles, MapsHoldWhatCrossedTheirCells) {
+  const auto passages = io::results_map(results, "passages", 2.5);
+  EXPECT_EQ(passages.crs, "EPSG:31254");
+  EXPECT_EQ(passages.transform[1], 2.5);
+  EXPECT_EQ(std::remainder(passages.transform[0], 2.5), 0.0);   // on multiples of the cell
+  EXPECT_GE(at(passages, run.position(0, 1.0)), 1);
+  EXPECT_LE(*std::max_element(passages.values.begin(), passages.values.end(), [](double a, double b) { return std::isnan(a) || (!std::isnan(b) && a < b); }), 3);
+
+  const auto speed = io::results_map(results, "speed", 2.5);
+  const Vec3 v = (run.position(0, 3.001) - run.position(0, 2.999)) / 0.002;
+  EXPECT_GE(at(speed, run.position(0, 3.0)), v.norm() - 1e-3);
+  EXPECT_LE(at(speed, run.position(0, 3.0)), v.norm() + 3);
+  for (std::size_t k = 0; k < speed.values.size(); ++k) EXPECT_EQ(std::isnan(speed.values[k]), std::isnan(passages.values[k]));
+
+  const auto kinetic = io::results_map(results, "kinetic", 2.5);
+  EXPECT_GE(at(kinetic, run.position(0, 3.0)), 0.5 * 2600 * 2.6 * 3.0 * 3.4 * v.squaredNorm());
+}
+
+TEST_F(GisFiles, HeightsAreOverTheTerrain) {
+  const auto height = io::results_map(results, "height", 1);
+  double greatest = 0;
+  for (const double h : height.values)
+    if (!std::isnan(h)) {
+      EXPECT_GT(h, 1.4);   // 1.6 m over the ground, but for the terrain's triangles
+      greatest = std::max(greatest, h);
+    }
+  EXPECT_NEAR(greatest, 1.6 + 4.5, 0.15);
+}
+
+TEST_F(GisFiles, DepositKeepsTheVolume) {
+  const auto volume = io::Hdf5File::open(results).read<double>("/geometry/blocks/volume").values;
+  EXPECT_NEAR(sum(io::results_map(results, "deposit", 5)), volume[0] + volume[1] + volume[2], 1e-12);
+  EXPECT_GE(at(io::results_map(results, "deposit", 5), run.position(0, run.end)), volume[0]);
+}
+
+TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
+  const auto map = io::results_map(results, "passages", 0);
+  EXPECT_EQ(map.transform[1], 1);   // some 110 m of path
+  EXPECT_THROW(io::results_map(results, "anger", 1), InputError);
+  EXPECT_THROW(io::results_map(results, "passages", 1e-3), InputError);
+  EXPECT_THROW(io::tracks_geojson(scratch.path / "missing.h5"), InputError);
+}
