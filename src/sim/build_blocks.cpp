@@ -1,0 +1,157 @@
+#include "sim/builder.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "geometry/block_output.hpp"
+#include "geometry/mass_properties.hpp"
+#include "geometry/shape.hpp"
+#include "sim/rock_mass.hpp"
+
+namespace talus::sim {
+namespace {
+
+geometry::ShapeSpec shape_spec(const scene::Shape& s, double density) {
+  geometry::ShapeSpec g;
+  g.kind = s.kind;
+  g.size = s.size;
+  g.diameter = s.diameter;
+  g.longitudes = s.longitudes;
+  g.latitudes = s.latitudes;
+  g.vertices = s.vertices;
+  g.file = s.file;
+  g.volume = s.volume;
+  g.mass = s.mass;
+  g.density = density;
+  g.seed = s.seed;
+  g.aspect = s.aspect;
+  return g;
+}
+
+/// Kelvin-Voigt time so that the slowest strain mode of the block has this ratio of critical damping.
+constexpr double strain_damping_ratio = 0.02;
+
+}  // namespace
+
+void Builder::push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w) {
+  if (!names_.insert(b.name).second)
+    problem("block." + b.name, b.name, "two blocks have this name", "rename one: copies of a release area are called NAME-1, NAME-2, ..., imported blocks as their groups");
+  dda::State& s = state_.blocks;
+  s.c.push_back(c);
+  s.v.push_back(v);
+  s.w.push_back(w);
+  s.q.push_back(Quat(rotation).normalized());
+  s.eps.push_back(Vec6::Zero());
+  s.eps_rate.push_back(Vec6::Zero());
+  model_.blocks.push_back(std::move(b));
+}
+
+dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape, int material, bool deformable) {
+  const scene::Material& m = world_->scene.materials[static_cast<std::size_t>(material)];
+  const geometry::MassProperties properties = geometry::mass_properties(shape, m.density);
+  constexpr double least_volume = 1e-9;   // [m^3] a millimetre cubed
+  if (properties.volume < least_volume) {
+    Problem tiny;
+    tiny.severity = Problem::Severity::warning;
+    tiny.key = "block." + name;
+    tiny.value = fmt::format("{:.3g} m^3", properties.volume);
+    tiny.rule = "is smaller than a cubic millimetre";
+    tiny.remedy = "lengths are metres: check the size and its unit";
+    add_warnings({tiny});
+  }
+  dda::Model::Block b;
+  b.name = name;
+  b.mass = properties.mass;
+  b.volume = properties.volume;
+  b.second_moment = properties.second_moment;
+  b.inertia = properties.inertia();
+  b.material = material;
+  b.deformable = deformable && m.young > 0;
+  b.young = m.young;
+  b.poisson = m.poisson;
+  if (b.deformable) {
+    const double omega = M_PI * std::sqrt(m.young / m.density) / (2 * shape.radius);
+    b.strain_damping = 2 * strain_damping_ratio / omega;
+  }
+  b.shape = std::make_shared<const Polyhedron>(std::move(shape));
+  return b;
+}
+
+void Builder::add_block(const scene::Block& b) {
+  try {
+    const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
+    geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
+    if (b.release) return add_copies(b, shape.body);
+    dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
+    const Vec3 c = b.position ? *b.position : shape.shift;
+    block.fixed = b.fixed;
+    for (const Vec3& x : b.fixed_points) {
+      block.fixed_points.push_back(b.rotation.transpose() * (x - c));
+      block.fixed_points_world.push_back(x);
+    }
+    push(std::move(block), c, b.rotation, b.velocity, b.spin);
+  } catch (const InputError& e) {
+    for (Problem p : e.problems()) {
+      if (p.file.empty()) p.file = world_->scene.file;
+      p.key = fmt::format("block.{}{}{}", b.name, p.key.empty() ? "" : ".", p.key);
+      problems_.push_back(std::move(p));
+    }
+  }
+}
+
+void Builder::add_copies(const scene::Block& b, const Polyhedron& body) {
+  int serial = 0;
+  for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_ ? &*terrain_ : nullptr, occupied_))
+    push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation, b.velocity, b.spin);
+}
+
+void Builder::add_rock_mass() {
+  const auto& mass = world_->scene.rock_mass;
+  if (!mass) return;
+  geometry::CutResult cut;
+  try {
+    if (!mass->blocks.empty()) return add_block_system(*mass);
+    cut = geometry::cut(cut_spec(*mass));
+  } catch (const InputError& e) {
+    add_problems(e.problems());
+    return;
+  }
+  for (const Problem& w : cut.warnings) world_->scene.warnings.push_back(w);
+  const int first = static_cast<int>(model_.blocks.size());
+  int serial = 0;
+  for (geometry::CutBlock& b : cut.blocks)
+    push(make_block(fmt::format("{}{}", mass->block_prefix, ++serial), std::move(b.body), mass->material, mass->deformable), b.centroid,
+         Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+  const ContactLaw& law = world_->scene.laws(mass->material, mass->material);
+  bool own = false;
+  for (const scene::JointSet& j : mass->joint_sets) {
+    std::optional<ContactLaw> joint;
+    if (j.friction || j.cohesion || j.tension) {
+      joint = law;
+      joint->friction = j.friction.value_or(law.friction);
+      joint->cohesion = j.cohesion.value_or(law.cohesion);
+      joint->tension = j.tension.value_or(law.tension);
+      own = true;
+    }
+    env_.joint_laws.push_back(joint);
+  }
+  if (!own) env_.joint_laws.clear();
+  for (const geometry::CutInterface& i : cut.interfaces)
+    if (i.bonded_area > 0 && i.area > 0)
+      env_.bonds.push_back({first + i.a, first + i.b, i.joint, i.shear * i.bonded_area / i.area, i.tension * i.bonded_area / i.area});
+  world_->notes.push_back(fmt::format("Rock mass: {} blocks cut from {:.6g} m^3, {} slivers merged, {} rock bridges.", cut.blocks.size(),
+                                      cut.region_volume, cut.merged, env_.bonds.size()));
+}
+
+void Builder::add_block_system(const scene::RockMass& mass) {
+  double volume = 0;
+  std::vector<geometry::NamedBlock> blocks = geometry::read_block_system(mass.blocks);
+  for (geometry::NamedBlock& b : blocks) {
+    volume += b.volume;
+    push(make_block(b.name, std::move(b.body), mass.material, mass.deformable), b.centroid, Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
+  }
+  world_->notes.push_back(fmt::format("Rock mass: {} blocks of {:.6g} m^3, read from {}.", blocks.size(), volume, mass.blocks));
+}
+
+}  // namespace talus::sim

@@ -1,0 +1,42 @@
+#include "sim/builder.hpp"
+
+#include <fmt/format.h>
+
+namespace talus::sim {
+
+void Builder::add_terrain() {
+  try {
+    terrain_ = load_ground(world_->scene.site);
+  } catch (const InputError& e) {
+    add_problems(e.problems());
+    return;
+  }
+  if (!terrain_) return;
+  for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
+  env_.terrain = std::make_unique<contact::SurfaceIndex>(terrain_->surface);
+  if (terrain_->decimation_reached > 0)
+    world_->notes.push_back(fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.", terrain_->surface.triangles.size(),
+                                        terrain_->triangles_read, terrain_->decimation_reached));
+}
+
+void Builder::check_buried(std::size_t i) {
+  const Vec3& c = state_.blocks.c[i];
+  const double above = env_.terrain->height(c.x(), c.y());
+  if (model_.blocks[i].ndof() == 0 || terrain_->surface.two_sided || !(c.z() < above)) return;
+  problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
+          fmt::format("its centroid lies {:.6g} m below the terrain, which is solid", above - c.z()), "raise it above the terrain, or set site.two_sided for a sheet that has nothing below");
+}
+
+void Builder::check_ground() {
+  if (!terrain_) return;
+  const Box3 box = env_.terrain->bounds();
+  const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
+  for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
+  for (std::size_t i = 0; i < model_.blocks.size(); ++i)
+    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), env_.terrain->height(state_.blocks.c[i].x(), state_.blocks.c[i].y()))) {
+      p.file = world_->scene.file;
+      (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
+    }
+}
+
+}  // namespace talus::sim

@@ -1,0 +1,106 @@
+#include "sim/builder.hpp"
+
+#include <algorithm>
+#include <string_view>
+
+#include <fmt/format.h>
+
+#include "coupling/touch.hpp"
+#include "sim/footing.hpp"
+
+namespace talus::sim {
+
+Report Builder::report_of(const std::string& name) {
+  return [world = world_.get(), name](const std::string& line) {
+    constexpr std::string_view mark = "warning: ";
+    if (!line.starts_with(mark)) return world->report(line);
+    Problem p;
+    p.file = world->scene.file;
+    p.key = "structure." + name;
+    const std::size_t end = line.find("; ");
+    p.rule = line.substr(mark.size(), end - mark.size());
+    if (end != std::string::npos) p.remedy = line.substr(end + 2);
+    p.severity = Problem::Severity::warning;
+    world->scene.warnings.push_back(std::move(p));
+  };
+}
+
+void Builder::add_structures() {
+  for (StructureSpec spec : world_->scene.structures) {
+    coupling::StructurePart part;
+    part.material = spec.material;
+    part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
+    part.one_way = world_->scene.coupling.scheme == scene::Coupling::Scheme::one_way;
+    // The index lives as long as the world does, this builder does not.
+    if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
+    try {
+      part.structure = load_structure(spec, model_.gravity, report_of(spec.name));
+    } catch (const InputError& e) {
+      for (Problem p : e.problems()) {
+        if (p.file.empty()) p.file = world_->scene.file;
+        if (p.key.rfind("structure", 0) != 0) p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
+        problems_.push_back(std::move(p));
+      }
+      continue;
+    }
+    part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
+    check_probes(spec, part.index->bounds());
+    const std::vector<Member> members = part.structure->members();
+    if (terrain_)
+      add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
+    env_.structures.push_back(std::move(part));
+  }
+}
+
+void Builder::check_probes(const StructureSpec& spec, const Box3& bounds) {
+  const double size = bounds.sizes().norm();
+  for (const StructureSpec::Probe& p : spec.probes)
+    if (const double d = bounds.exteriorDistance(p.at); d > 0.1 * size)
+      problem(fmt::format("structure.{}.probe.{}.at", spec.name, p.name), fmt::format("[{:g}, {:g}, {:g}]", p.at.x(), p.at.y(), p.at.z()),
+              fmt::format("lies {:.3g} m from the structure, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}", d, bounds.min().x(), bounds.max().x(), bounds.min().y(), bounds.max().y(),
+                          bounds.min().z(), bounds.max().z()),
+              "give a point of the structure in scene coordinates");
+}
+
+void Builder::pair_structures() {
+  const auto& parts = env_.structures;
+  for (int i = 0; i < static_cast<int>(parts.size()); ++i)
+    for (int j = i + 1; j < static_cast<int>(parts.size()); ++j) {
+      const coupling::StructurePart &a = parts[static_cast<std::size_t>(i)], &b = parts[static_cast<std::size_t>(j)];
+      if (a.fixed_surface || b.fixed_surface) continue;
+      const auto& known = world_->scene.law_pairs;
+      if (std::find(known.begin(), known.end(), std::pair(std::min(a.material, b.material), std::max(a.material, b.material))) == known.end()) {
+        world_->notes.push_back(fmt::format("Structures {} and {}: no [[interface]] of their materials, they do not touch each other.", world_->scene.structures[static_cast<std::size_t>(i)].name, world_->scene.structures[static_cast<std::size_t>(j)].name));
+        continue;
+      }
+      const double edge_a = coupling::face_edge(a.index->surface()), edge_b = coupling::face_edge(b.index->surface());
+      const bool first_finer = edge_a < edge_b * (1 - 1e-9) || (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
+      env_.touching_structures.push_back(first_finer ? std::pair(j, i) : std::pair(i, j));
+    }
+}
+
+void Builder::warn_of_small_blocks() {
+  constexpr double ratio = 0.5;   // least thickness of a block over the edge of a cell
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    const double edge = coupling::face_edge(env_.structures[q].structure->surface());
+    int small = 0;
+    const dda::Model::Block* least = nullptr;
+    for (const dda::Model::Block& b : model_.blocks) {
+      if (b.ndof() == 0 || 2 * b.shape->inradius >= ratio * edge) continue;
+      ++small;
+      if (!least || b.shape->inradius < least->shape->inradius) least = &b;
+    }
+    if (!least) continue;
+    Problem p;
+    p.file = world_->scene.file;
+    p.key = fmt::format("structure.{}.cell_size", world_->scene.structures[q].name);
+    p.value = fmt::format("{:.4g} m", edge);
+    p.rule = fmt::format("{} block{} thinner than {:g} of a cell face, {} with {:.3g} m the thinnest: its force spreads over a whole face, so that local "
+                         "stress, damage and indentation come out too small; force and momentum hold", small, small == 1 ? " is" : "s are", ratio, least->name, 2 * least->shape->inradius);
+    p.remedy = fmt::format("take cells of {:.2g} m or less where such blocks strike, or accept it", 2 * least->shape->inradius / ratio);
+    p.severity = Problem::Severity::warning;
+    world_->scene.warnings.push_back(std::move(p));
+  }
+}
+
+}  // namespace talus::sim

@@ -1,0 +1,76 @@
+/// From a scene to the world of its run. Internal to sim: others call build() of world.hpp.
+///
+/// Everything that exists comes from here, in the order of build(): ground, blocks, rock mass, laws, structures. Problems are collected, so that
+/// a user sees all of them at once.
+#pragma once
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "core/error.hpp"
+#include "geometry/terrain.hpp"
+#include "sim/ground.hpp"
+#include "sim/world.hpp"
+
+namespace talus::sim {
+
+class Builder {
+ public:
+  Builder(scene::Scene scene, Report report);
+  /// Throws InputError with every problem found. To be called once.
+  std::unique_ptr<World> build();
+
+ private:
+  void problem(std::string key, std::string value, std::string rule, std::string remedy);
+  void add_problems(const std::vector<Problem>& found);
+  void add_warnings(const std::vector<Problem>& found);
+
+  // Ground (build_ground.cpp)
+  void add_terrain();
+  /// A block that moves starts outside of the solid, which is all that lies below the terrain.
+  void check_buried(std::size_t i);
+  void check_ground();
+
+  // Blocks (build_blocks.cpp)
+  void push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w);
+  dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable);
+  void add_block(const scene::Block& b);
+  void add_copies(const scene::Block& b, const Polyhedron& body);
+  void add_rock_mass();
+  void add_block_system(const scene::RockMass& mass);
+
+  // Laws of contact (build_laws.cpp)
+  /// Keys that the scene format has and this version cannot honour: an error each, never a silent drop.
+  void refuse_what_is_missing();
+  /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.
+  void complete_laws();
+
+  // Structures (build_structures.cpp)
+  /// Where a structure's reports go; what begins with "warning: " is one, "; " before what to do.
+  Report report_of(const std::string& name);
+  void add_structures();
+  /// The nearest point of the structure is followed, but not one of another place altogether.
+  void check_probes(const StructureSpec& spec, const Box3& bounds);
+  /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
+  void pair_structures();
+  /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size is not resolved.
+  void warn_of_small_blocks();
+
+  /// Blocks in the order of their names, whatever the scene's: sums and searches then go the same way however the blocks are listed.
+  void sort_blocks();
+  void fill_header();
+
+  std::unique_ptr<World> world_;
+  dda::Model model_;
+  coupling::SystemState state_;
+  coupling::Environment env_;
+  std::optional<geometry::Terrain> terrain_;
+  std::set<std::string> names_;
+  std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
+  Occupied occupied_;   // by blocks of release areas
+  std::vector<Problem> problems_;
+};
+
+}  // namespace talus::sim
