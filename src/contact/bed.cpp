@@ -2,32 +2,58 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace talus::contact {
+
+Bed::Above Bed::Spring::above(double shift) const {
+  const double a = depth[0] + shift, b = depth[1] + shift, c = depth[2] + shift;
+  const double mean = (a + b + c) / 3, square = (a * a + b * b + c * c + a * b + b * c + c * a) / 6;
+  if (a >= 0) return {1, mean, square};
+  if (c <= 0) return {};
+  if (b <= 0) {   // the corner c alone
+    const double part = c / (c - a) * (c / (c - b));
+    return {part, part * c / 3, part * c * c / 6};
+  }
+  const double part = a / (a - c) * (a / (a - b));   // all but the corner a
+  return {1 - part, mean - part * a / 3, square - part * a * a / 6};
+}
+
+Bed::Above Bed::Spring::compressed(double shift, double limit) const {
+  const double cut = std::min(most, limit - shift);   // min(d, cut) + shift
+  if (!(cut + shift > 0)) return {};
+  const Above all = above(shift);
+  if (cut >= depth[2]) return all;
+  const Above beyond = above(-cut);
+  return {all.part, all.first - beyond.first, all.second - beyond.second - 2 * (cut + shift) * beyond.first};
+}
 
 Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed)
     : start_(start), limit_(limit), beyond_(deepest - start), crushed_(crushed) {
   springs_.reserve(columns.size());
   double all = 0, gains = 0;
   for (const Column& c : columns) {
-    springs_.push_back({stiffness * c.area, std::min({c.depth, c.most, deepest - crushed, limit}), c.lift.dot(normal)});
+    Spring& s = springs_.emplace_back(Spring{stiffness * c.area, c.lift.dot(normal), c.depth, std::min({c.most, deepest - crushed, limit})});
+    std::sort(s.depth.begin(), s.depth.end());
     all += c.area;
-    gains += c.area * springs_.back().gain;
+    gains += c.area * s.gain;
   }
   if (all > 0) gain_ = gains / all;
 }
 
 double Bed::force(double x) const {
   double f = 0;
-  for (const Spring& s : springs_) f += s.stiffness * s.gain * std::clamp(compression(s, x), 0.0, limit_);
+  for (const Spring& s : springs_) f += s.stiffness * s.gain * s.compressed(shift(s, x), limit_).first;
   return f;
 }
 
 double Bed::slope(double x) const {
   double k = 0;
   for (const Spring& s : springs_) {
-    const double c = compression(s, x);
-    if (c >= 0 && c < limit_) k += s.stiffness * s.gain * s.gain;
+    const double by = shift(s, x), greatest = s.most + by;
+    if (!(greatest >= 0)) continue;
+    const double yielding = greatest >= limit_ ? s.above(by - limit_).part : 0;
+    k += s.stiffness * s.gain * s.gain * (s.above(by).part - yielding);
   }
   return k;
 }
@@ -35,35 +61,30 @@ double Bed::slope(double x) const {
 double Bed::work(double x) const {
   double w = 0;
   for (const Spring& s : springs_) {
-    const double c = compression(s, x), elastic = std::clamp(c, 0.0, limit_);
-    w += s.stiffness * elastic * (0.5 * elastic + std::max(0.0, c - elastic));
+    const double by = shift(s, x);
+    w += held(s, by);
+    if (std::isfinite(limit_)) w += s.stiffness * limit_ * s.compressed(by - limit_, std::numeric_limits<double>::infinity()).first;
   }
   return w;
 }
 
 double Bed::stored(double x) const {
   double w = 0;
-  for (const Spring& s : springs_) {
-    const double elastic = std::clamp(compression(s, x), 0.0, limit_);
-    w += 0.5 * s.stiffness * elastic * elastic;
-  }
+  for (const Spring& s : springs_) w += held(s, shift(s, x));
   return w;
 }
 
 double Bed::before(double x) const {
   if (std::isinf(limit_) && crushed_ > 0) x = std::min(x, start_);   // what lies unloaded came down with the block: it held nothing on the way
   double w = crushing_before(x);
-  for (const Spring& s : springs_) {
-    const double elastic = yields(s) && s.gain * (x - start_) < 0 ? limit_ : std::clamp(compression(s, x), 0.0, limit_);
-    w += 0.5 * s.stiffness * elastic * elastic;
-  }
+  for (const Spring& s : springs_) w += yields(s) && shift(s, x) < 0 ? 0.5 * s.stiffness * limit_ * limit_ : held(s, shift(s, x));
   return w;
 }
 
 double Bed::crushing_before(double x) const {
   double w = 0;
   for (const Spring& s : springs_)
-    if (yields(s) && s.gain * (x - start_) < 0) w += s.stiffness * limit_ * s.gain * (x - start_);
+    if (yields(s) && shift(s, x) < 0) w += s.stiffness * limit_ * shift(s, x);
   return w;
 }
 

@@ -5,7 +5,8 @@
 ///   s = min(d, x - y)                  compression of the column; x: greatest depth around it, y: crushed for good there [m]
 ///   F = sum_c A_c k clamp(s, 0, L) g_c A_c: area across the normal, k: stiffness per area, L = p/k, p: crushing pressure [N]
 ///
-/// so that an elastic bed gives k times the volume sunk in, and a crushing one p times the area across the normal, whatever the shape. Over a step all
+/// so that an elastic bed gives k times the volume sunk in, and a crushing one p times the area across the normal, whatever the shape. Columns come as triangles, over
+/// which d is linear: the sums are integrals, exact also where a triangle comes out of contact, or yields, on the way. Over a step all
 /// columns of a part move by the same way along the normal, that of the centre of pressure: the work of the row is that of the columns.
 ///
 /// Within one plane of the skin the part moves along the skin's normal and g = 1: what the block's facets push aside cancels over the whole of them. Across an
@@ -15,6 +16,8 @@
 /// s_c     compression of column c at the start of the step   m
 /// x_0     greatest depth at the start of the step            m
 #pragma once
+#include <algorithm>
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -22,14 +25,15 @@
 
 namespace talus::contact {
 
-/// A piece of a skin's face with the block's surface below (or, depth < 0, above) it.
+/// The columns of a triangle: a piece of a skin's face with one facet of the block below (or, depth < 0, above) it, so that the depth is linear over it.
 struct Column {
-  double area = 0;    // across the normal [m^2]
-  double depth = 0;   // [m]
-  Vec3 place = Vec3::Zero();   // on the face [m]
-  Vec3 lift = Vec3::Zero();    // into the block across its facet, over its part along the face's normal [1]
-  int cell = 0;                // of the face's grid, where a bed crushes
+  double area = 0;                    // across the normal [m^2]
+  std::array<double, 3> depth{};      // at its corners [m]
+  std::array<Vec3, 3> place{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};   // of the corners on the face [m]
+  Vec3 lift = Vec3::Zero();           // into the block across its facet, over its part along the face's normal [1]
+  int cell = 0;                       // of the face's grid, where a bed crushes
   double most = std::numeric_limits<double>::infinity();   // that it may be compressed, x - y of its cell [m]
+  double mean() const { return (depth[0] + depth[1] + depth[2]) / 3; }
 };
 
 /// Spring law of the columns of one part of a face over its own greatest depth x.
@@ -47,9 +51,19 @@ class Bed {
   double crushed_after(double x) const;              // y once x was reached [m]
 
  private:
-  struct Spring { double stiffness, compression, gain; };  // k A_c, s_c, g_c
-  double compression(const Spring& s, double x) const { return s.compression + s.gain * (x - start_); }
-  bool yields(const Spring& s) const { return s.compression >= limit_ * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
+  /// Means over a triangle of max(0, z) and its square, and the part of it where z > 0, of a linear z.
+  struct Above { double part = 0, first = 0, second = 0; };
+  /// The columns of a triangle: compressed by min(d, most) at the start, by g m more for each metre that x grows.
+  struct Spring {
+    double stiffness, gain;            // k A, g
+    std::array<double, 3> depth;       // rising
+    double most;
+    Above above(double shift) const;                     // of d + shift
+    Above compressed(double shift, double limit) const;  // of min(min(d, most) + shift, limit)
+  };
+  double shift(const Spring& s, double x) const { return s.gain * (x - start_); }
+  double held(const Spring& s, double shift) const { return 0.5 * s.stiffness * s.compressed(shift, limit_).second; }
+  bool yields(const Spring& s) const { return std::min(s.depth[0], s.most) >= limit_ * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
   std::vector<Spring> springs_;
   double start_, limit_, beyond_, crushed_, gain_ = 1;   // beyond: of the face's greatest depth; gain: the columns' mean
 };

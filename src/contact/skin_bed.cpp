@@ -14,7 +14,6 @@ namespace {
 
 constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
 constexpr double inner = 0.15;          // a line as near to the end of what it cuts, over its length, leaves it whole
-constexpr double aside = 0.005;         // of the force along the skin's normal, across it, up to which it counts as none
 constexpr double sliver = 0.1;          // width over depth, or over the block's inradius, of what is overlapped from the side
 constexpr double stands_out = 4;        // depth over that of the other faces of its direction
 constexpr double steep = 0.02;          // facets of the block steeper than this against the normal show no area
@@ -79,15 +78,8 @@ struct Direction {
   Vec3 normal;
   double area = 0;                   // sunk in
   Vec3 moment = Vec3::Zero();
-  Vec3 push = Vec3::Zero();          // pressure over the block's facets, over the stiffness per area [m^3]
   double near_area = 0;              // above, within reach
   Vec3 near_moment = Vec3::Zero();
-  /// Facets that end below the skin, at a side too steep to carry a column: what they push aside does not cancel, and without it a motion along the skin would
-  /// give columns free for nothing.
-  bool sideways() const {
-    const double along = normal.dot(push);
-    return (push - along * normal).norm() > aside * along;
-  }
   Vec3 middle() const { return area > 0 ? Vec3(moment / area) : Vec3(near_moment / near_area); }
 };
 
@@ -128,7 +120,7 @@ class BedFinder {
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !across(pieces_[i].face) && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, edge_ || d.sideways(), out);
+      if (d.area + d.near_area > 0 && !across(pieces_[i].face) && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, out);
     }
     std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
@@ -223,7 +215,6 @@ class BedFinder {
         sunk_.back().area += area;
         sunk_.back().volume += area * centre.z();
         sunk_.back().moment += area * face.place(centre);
-        d.push += area * std::min(centre.z(), yield_) * p.lift;
       }
     }
   }
@@ -270,7 +261,7 @@ class BedFinder {
   }
 
   /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
-  void divide(std::span<const Piece> pieces, const Direction& d, bool edge, std::vector<Footprint>& out) {
+  void divide(std::span<const Piece> pieces, const Direction& d, std::vector<Footprint>& out) {
     const Face& face = faces_[pieces.front().face];
     // Two directions that depend on the normal alone.
     int least = 0;
@@ -294,30 +285,28 @@ class BedFinder {
         part_ = p.polygon;
         for (int k = 0; k < 2; ++k)
           if (!whole[k]) keep(part_, next_, [&](const Vec3& x) { return sign[k] * across[k].dot(x - middle); });
-        if (part_.size() >= 3) add(face, sector, edge, p, out);
+        if (part_.size() >= 3) add(face, sector, p, out);
       }
     }
   }
 
   /// What of a piece is left in `part_`.
-  void add(const Face& face, int sector, bool edge, const Piece& piece, std::vector<Footprint>& out) const {
+  void add(const Face& face, int sector, const Piece& piece, std::vector<Footprint>& out) const {
     const Polygon& polygon = part_;
     auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
-        out.push_back({face.first, sector, face.normal, edge, -std::numeric_limits<double>::infinity(), {}, {}});
+        out.push_back({face.first, sector, face.normal, edge_, -std::numeric_limits<double>::infinity(), {}, {}});
         part = out.rbegin();
         part->deepest_in.fill(part->deepest);
       }
       double& deepest = part->deepest_in[static_cast<std::size_t>(piece.cell)];
       deepest = std::max({deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
       part->deepest = std::max(part->deepest, deepest);
-      for (const auto& [a, b, c] : {std::array{std::size_t{0}, i, i + 1}, {i, i + 1, std::size_t{0}}, {i + 1, std::size_t{0}, i}}) {   // exact for squares of the depth
-        const Vec3 x = (4 * polygon[a] + polygon[b] + polygon[c]) / 6;
-        part->columns.push_back({area / 3, x.z(), face.place(x), piece.lift, piece.cell});
-      }
+      const Vec3 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
+      part->columns.push_back({area, {a.z(), b.z(), c.z()}, {face.place(a), face.place(b), face.place(c)}, piece.lift, piece.cell});
     }
   }
 

@@ -19,7 +19,7 @@ struct Footprint {
   int triangle = 0;  // of the skin's face, the first of its four
   int sector = 0;    // 0 to 3, by the signs across the two lines
   Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
-  bool edge = false;   // the block lies in faces of another direction, too
+  bool edge = false;   // the block lies in faces of another direction, too: the force acts along its facets
   double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]
   std::array<double, crater_cells * crater_cells> deepest_in{};   // of each cell of the face within the part, minus infinity: none [m]
   std::vector<Column> columns;

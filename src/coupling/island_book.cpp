@@ -216,12 +216,13 @@ void IslandStepper::book(double h) {
   pending_.algorithmic += overcounted;
 }
 
-/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips away.
+/// Columns of a bed that come out of contact lose the last of their pressure sheared: what they held slips away. Those that join are not sheared, and a part
+/// shears as one: what evens out among them slips as well.
 double IslandStepper::freed_shear(const Touch& t) const {
   if (!t.normal_law.bed) return 0;
   const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
   const auto last = std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key), [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return std::pair(m.partner, m.feature) < key; });
-  if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key || last->stiffness <= t.stiffness) return 0;
+  if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key) return 0;
   return std::max(0.0, last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 

@@ -39,7 +39,7 @@ bool IslandStepper::impact_rows(double scale) {
       restituted = restituted || *t.law->restitution > 0;
     }
     if (t.law->restitution_tangential) {
-      const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+      const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
       c.bias.tail<2>() = scale * *t.law->restitution_tangential * slip.tail<2>();
     }
   }
@@ -104,7 +104,7 @@ bool IslandStepper::impact_stage() {
   report_.ledger += pending_;
   note_impacts_on_skin();
   for (Touch& t : touches_) {
-    t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+    t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
     if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;
     t.row = -1;
   }

@@ -43,7 +43,7 @@ void IslandStepper::to_half_steps(double h) {
     set_rates(state_, k, d.full, (d.mass + 0.25 * h * h * d.stiffness).llt().solve(d.mass * state_.eps_rate[k] + 0.5 * h * (d.stiffness * state_.eps[k])));
   }
   for (Touch& t : touches_)
-    if (leapfrog() && t.b >= 0) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t.a, t.at));
+    if (leapfrog() && t.b >= 0) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
 }
 
 void IslandStepper::to_full_steps(double h) {

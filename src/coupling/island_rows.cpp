@@ -156,9 +156,9 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   SurfaceWeights face;
   if (with_structure) {
     const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
-    face = surface_weights(skin, t.at.face_a, condensed_ ? p_mid_b : t.at.point_a);
+    face = skin_weights(t, skin, condensed_ ? p_mid_b : t.at.point_a);
     t.acts_at = t.at.point_a;
-    if (condensed_) t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
+    if (condensed_ || t.normal_law.bed) t.acts_at = on_nodes(*env_.structures[static_cast<std::size_t>(t.a.index)].structure, face);
     p_mid_a = p_mid_b = t.acts_at;
   }
 

@@ -8,7 +8,7 @@
 namespace talus::coupling {
 
 Vec3 IslandStepper::slip(const Touch& t, const Vec3& x) const {
-  const Vec3 u = point_velocity(state_, t.b, x) - partner_velocity(state_, env_, t.a, t.at);
+  const Vec3 u = point_velocity(state_, t.b, x) - partner_velocity(state_, env_, t);
   return u - t.at.normal * t.at.normal.dot(u);
 }
 

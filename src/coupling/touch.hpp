@@ -123,7 +123,7 @@ double face_edge(const TriangleSurface&);
 
 /// Velocity of the material point of A or B at x (world) in the present state.
 Vec3 point_velocity(const dda::State&, int block, const Vec3& x);
-Vec3 partner_velocity(const dda::State&, const Environment&, const Partner&, const contact::ContactPoint&);
+Vec3 partner_velocity(const dda::State&, const Environment&, const Touch&);
 
 /// Barycentric weights of x on triangle t of the surface, mapped to structure nodes (up to 3 x 4 entries).
 struct SurfaceWeights {
@@ -132,5 +132,8 @@ struct SurfaceWeights {
   std::array<double, 12> weight{};
 };
 SurfaceWeights surface_weights(const TriangleSurface&, int triangle, const Vec3& x);
+
+/// The same for a touch at a skin: by the face's mean plane where it is of a bed, whose columns stand on that.
+SurfaceWeights skin_weights(const Touch&, const TriangleSurface&, const Vec3& x);
 
 }  // namespace talus::coupling

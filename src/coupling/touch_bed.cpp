@@ -11,6 +11,8 @@ namespace talus::coupling {
 namespace {
 
 constexpr std::uint64_t elastic_kind = 9, crushing_kind = 10, crater_kind = 11;   // in the upper bits of the key
+constexpr double one_direction = 0.9;   // cosine between normals of faces that a block sinks into together
+constexpr double aside = 0.005;         // of the force along the skin's normal, across it, up to which it counts as none
 
 /// Names a face by its nodes, which it keeps when others break out beside it; 58 bits.
 std::uint64_t name_of(const TriangleSurface& skin, int first) {
@@ -26,6 +28,31 @@ std::uint64_t name_of(const TriangleSurface& skin, int first) {
   return name >> 6;
 }
 
+/// Pressure of a column over the stiffness per area [m].
+double pressed(const contact::Column& c, double depth, double limit) { return std::clamp(std::min(depth, c.most), 0.0, limit); }
+
+/// Marks the parts along one normal where what the block's facets push aside does not cancel: at a facet that ends below the skin, at a side too steep to carry a
+/// column, or where a block ploughs its way, pressed on the side that it goes to and not on the one that lies in its own crater. There, too, the force acts along the facets: without it
+/// a motion along the skin would give columns free for nothing, or press them.
+void mark_sideways(std::span<contact::Footprint> parts, double limit) {
+  thread_local std::vector<contact::Footprint*> left;
+  left.clear();
+  for (contact::Footprint& part : parts)
+    if (!part.edge) left.push_back(&part);
+  while (!left.empty()) {
+    const Vec3 normal = left.front()->normal;
+    const auto rest = std::stable_partition(left.begin(), left.end(), [&](const contact::Footprint* p) { return p->normal.dot(normal) < one_direction; });
+    Vec3 push = Vec3::Zero();
+    for (auto p = rest; p != left.end(); ++p)
+      for (const contact::Column& c : (*p)->columns)
+        for (const double d : c.depth) push += c.area * pressed(c, d, limit) * c.lift;
+    const double along = normal.dot(push);
+    if ((push - along * normal).norm() > aside * along)
+      for (auto p = rest; p != left.end(); ++p) (*p)->edge = true;
+    left.erase(rest, left.end());
+  }
+}
+
 /// Where a part presses and which way; of what does not press yet by its area.
 struct Resultant {
   Vec3 normal, point;   // the point: where its line of action meets the face
@@ -34,14 +61,19 @@ struct Resultant {
 Resultant resultant(const contact::Footprint& part, double limit) {
   Vec3 lift = Vec3::Zero(), moment = Vec3::Zero();
   double depth = 0, force = 0;
-  const auto sum = [&](const auto& pressure) {
+  const auto sum = [&](const auto& pressure) {   // integrals of products of two functions that are linear over a triangle
     for (const contact::Column& c : part.columns) {
-      const double f = c.area * pressure(c);
-      force += f, depth += f * c.depth, moment += f * c.place, lift += f * c.lift;
+      double all = 0;
+      for (const double d : c.depth) all += pressure(c, d);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const double f = c.area / 12 * (all + pressure(c, c.depth[k]));
+        depth += f * c.depth[k], moment += f * c.place[k];
+      }
+      force += c.area / 3 * all, lift += c.area / 3 * all * c.lift;
     }
   };
-  sum([&](const contact::Column& c) { return std::clamp(std::min(c.depth, c.most), 0.0, limit); });
-  if (!(force > 0)) sum([](const contact::Column&) { return 1.0; });
+  sum([&](const contact::Column& c, double d) { return pressed(c, d, limit); });
+  if (!(force > 0)) sum([](const contact::Column&, double) { return 1.0; });
   Resultant r{part.normal, moment / force};
   if (!part.edge) return r;
   r.normal = lift.normalized();
@@ -74,7 +106,7 @@ FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> part
   FaceBed face{parts, ((crushes ? crushing_kind : elastic_kind) << 60) | (name << 2), (crater_kind << 60) | (name >> 2 << 4)};
   for (const contact::Footprint& part : parts) {
     face.deepest = std::max(face.deepest, part.deepest);
-    for (const contact::Column& c : part.columns) face.sunk += c.depth > 0 ? c.area : 0.0;
+    for (const contact::Column& c : part.columns) face.sunk += c.mean() > 0 ? c.area : 0.0;
   }
   return face;
 }
@@ -114,7 +146,7 @@ Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const C
   double sunk = 0, all = 0;
   for (const contact::Column& c : part.columns) {
     all += c.area;
-    if (c.depth > 0) sunk += c.area;
+    if (c.mean() > 0) sunk += c.area;
   }
   const Resultant r = resultant(part, limit);
   t.at.normal = r.normal;
@@ -175,11 +207,16 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
   const bool crushes = law.kind == ContactLaw::Kind::crushing;
   const double limit = crushes ? law.crushing_pressure / law.normal_stiffness : std::numeric_limits<double>::infinity();
   contact::skin_bed(index, shape, pose, margin, limit, parts);
+  thread_local std::vector<FaceBed> faces;
+  faces.clear();
   for (std::size_t i = 0, last; i < parts.size(); i = last) {
     last = i + 1;
     while (last < parts.size() && parts[last].triangle == parts[i].triangle) ++last;
-    FaceBed face = face_bed(skin, std::span(parts).subspan(i, last - i), crushes);
+    FaceBed& face = faces.emplace_back(face_bed(skin, std::span(parts).subspan(i, last - i), crushes));
     set_floor(face, memory, pair.a.id(), margin, face_edge(skin, parts[i].triangle), limit);
+  }
+  mark_sideways(parts, limit);
+  for (FaceBed& face : faces)
     for (const contact::Footprint& part : face.parts) {
       Touch t = part_touch(skin, pair, law, face, part, limit);
       const auto past = recall(memory, pair.a.id(), t.at.key, 1);
@@ -187,7 +224,6 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
       if (&part == &face.parts.front()) t.craters = face.craters;
       out.push_back(std::move(t));
     }
-  }
 }
 
 }  // namespace talus::coupling

@@ -1,0 +1,125 @@
+// Points on a structure's skin in terms of its nodes, and the touches of one skin with another.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "contact/node_surface.hpp"
+#include "coupling/touch_spring.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// The face's mean plane goes with its nodes: what a bed's columns stand on.
+SurfaceWeights plane_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
+  const auto first = static_cast<std::size_t>(triangle - triangle % 4);
+  std::array<int, 4> node;
+  Vec3 corner[4], centre = Vec3::Zero();
+  for (std::size_t k = 0; k < 4; ++k) {
+    const auto v = static_cast<std::size_t>(surface.triangles[first + k][0]);
+    corner[k] = surface.vertices[v];
+    node[k] = surface.nodes[v].node[0];
+    centre += 0.25 * corner[k];
+  }
+  // x in the plane of the diagonals: centre + a d + b e
+  const Vec3 d = corner[2] - corner[0], e = corner[3] - corner[1], n = d.cross(e);
+  const double a = n.dot((x - centre).cross(e)) / n.squaredNorm(), b = n.dot(d.cross(x - centre)) / n.squaredNorm();
+  SurfaceWeights w;
+  w.count = 4;
+  const std::array<double, 4> share{0.25 - a, 0.25 - b, 0.25 + a, 0.25 + b};
+  std::copy(node.begin(), node.end(), w.node.begin());
+  std::copy(share.begin(), share.end(), w.weight.begin());
+  return w;
+}
+
+}  // namespace
+
+SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
+  const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
+  const Vec3& a = surface.vertices[static_cast<std::size_t>(t[0])];
+  const Vec3& b = surface.vertices[static_cast<std::size_t>(t[1])];
+  const Vec3& c = surface.vertices[static_cast<std::size_t>(t[2])];
+  const Vec3 n = (b - a).cross(c - a);
+  const double area_sq = n.squaredNorm();
+  Vec3 l(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x)));
+  l /= area_sq;
+  l = l.cwiseMax(0.0);
+  l /= l.sum();
+  SurfaceWeights w;
+  for (int i = 0; i < 3; ++i) {
+    const auto& nodes = surface.nodes[static_cast<std::size_t>(t[static_cast<std::size_t>(i)])];
+    for (int j = 0; j < nodes.count; ++j) {
+      const int node = nodes.node[static_cast<std::size_t>(j)];
+      const double weight = l[i] * nodes.weight[static_cast<std::size_t>(j)];
+      auto* end = w.node.begin() + w.count;
+      auto* found = std::find(w.node.begin(), end, node);
+      if (found == end) {
+        *end = node;
+        w.weight[static_cast<std::size_t>(w.count++)] = weight;
+      } else {
+        w.weight[static_cast<std::size_t>(found - w.node.begin())] += weight;
+      }
+    }
+  }
+  return w;
+}
+
+SurfaceWeights skin_weights(const Touch& t, const TriangleSurface& surface, const Vec3& x) {
+  return t.normal_law.bed ? plane_weights(surface, t.at.face_a, x) : surface_weights(surface, t.at.face_a, x);
+}
+
+double face_edge(const TriangleSurface& skin, int triangle) {
+  const auto& t = skin.triangles[static_cast<std::size_t>(triangle)];
+  const Vec3& a = skin.vertices[static_cast<std::size_t>(t[0])];
+  return std::sqrt(2 * (skin.vertices[static_cast<std::size_t>(t[1])] - a).cross(skin.vertices[static_cast<std::size_t>(t[2])] - a).norm());
+}
+
+double face_edge(const TriangleSurface& skin) {
+  double edge = 0;
+  for (int t = 0; t < static_cast<int>(skin.triangles.size()); t += 4) edge = std::max(edge, face_edge(skin, t));
+  return edge;
+}
+
+void find_surface_touches(const Environment& env, const SurfacePair& pair, double reach, const ContactHistory& history, std::vector<Touch>& out) {
+  const StructurePart &part_a = env.structures[static_cast<std::size_t>(pair.a)], &part_b = env.structures[static_cast<std::size_t>(pair.b)];
+  const TriangleSurface& skin = part_b.index->surface();
+  Box3 near = part_a.index->bounds();
+  near.min().array() -= reach;
+  near.max().array() += reach;
+  // Tributary area of every node of the skin as a vector, half of each of its triangles (times 4).
+  std::vector<Vec3> weighted(skin.vertices.size(), Vec3::Zero());
+  for (const auto& t : skin.triangles) {
+    const Vec3& a = skin.vertices[static_cast<std::size_t>(t[0])];
+    const Vec3 twice = (skin.vertices[static_cast<std::size_t>(t[1])] - a).cross(skin.vertices[static_cast<std::size_t>(t[2])] - a);
+    for (int k = 0; k < 2; ++k) weighted[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])] += twice;   // the third is the centre of the face
+  }
+  const Partner partner{Partner::Kind::structure, pair.a};
+  for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
+    if (skin.nodes[v].count != 1 || !near.contains(skin.vertices[v])) continue;
+    Touch t;
+    if (!contact::node_surface(*part_a.index, skin.vertices[v], weighted[v].normalized(), reach, t.at)) continue;
+    t.a = partner;
+    t.b = -1;
+    t.b_structure = pair.b;
+    t.b_node = skin.nodes[v].node[0];
+    // Of an edge or corner node only what faces the partner.
+    t.at.area = 0.25 * std::max(0.0, -t.at.normal.dot(weighted[v]));
+    t.at.key = static_cast<contact::FeatureKey>(t.b_node);
+    t.law = &env.laws(part_a.material, part_b.material);
+    const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
+    if (t.law->stiffness != ContactLaw::Stiffness::hard) {
+      const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
+      t.stiffness = t.law->normal_stiffness * share;
+      t.shear_stiffness = t.law->shear_stiffness * share;
+    }
+    t.normal_law.law = t.law;
+    t.normal_law.stiffness = t.stiffness;
+    t.normal_law.limit = t.law->crushing_pressure * t.at.area;
+    t.normal_law.crushed = last != nullptr ? last->crushed : 0.0;
+    hold_on(t, last, false);
+    if (t.stiffness > 0 && t.law->damping_ratio > 0) t.dashpot = 2 * t.law->damping_ratio * std::sqrt(t.stiffness * part_b.structure->node_mass(t.b_node));
+    t.approach = t.at.normal.dot(part_b.structure->node_velocity(t.b_node) - partner_velocity({}, env, t));
+    out.push_back(t);
+  }
+}
+
+}  // namespace talus::coupling
