@@ -48,6 +48,7 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   friction_ = std::sqrt(2.0 / 3) * 6 * sine / (3 - sine);
   interlock_ = p.aggregate > 0 ? 0.18e6 * std::sqrt(f_c_ / 1e6) / 0.31 : 0.0;
   widen_ = 24 / 0.31 / (p.aggregate + 0.016);
+  part_ = p.aggregate > 0 ? 1 / p.aggregate : 0.0;
   const double root2 = std::sqrt(2.0);
   k_oct_ = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
   tau_scale_ = 3 / (root2 - k_oct_);
@@ -170,47 +171,43 @@ template <class R>
 inline void ConcreteDamage::interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
   const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
   const auto cracked = s.d_t > 0.0;
+  const R (&n)[3] = s.normal;
   R pull[3], opening, law[3], across;
-  in_plane(strain, s.normal, 0.5, pull, opening);
-  in_plane(stress, s.normal, 1.0, law, across);
+  in_plane(strain, n, 0.5, pull, opening);
+  in_plane(stress, n, 1.0, law, across);
   const R f_t = select(cracked, s.f_t, one), b_t = select(cracked, s.b_t, one);
   const R band = p_.concrete.fracture_energy / (f_t * (1.0 / (young_ * b_t) + f_t * (0.5 / young_)));
-  const R width = band * s.d_t * maximum(opening, zero);
-  const R limit = select(cracked, s.d_t * interlock_ / (1.0 + widen_ * width), zero);
-  // The uncracked part and the faces, one after the other. Their stiffness is that of the widest opening so far: one that came back as the
-  // crack closes would give more than was put in.
-  const R opened = dot(s.slip, s.normal), widest = maximum(opened, opening);
-  const auto stiffness_of = [&](const R& d, const R& strain_of_opening) {
-    const R open = band * d * strain_of_opening, whole = shear_ * d, hold = select(cracked, d * interlock_ / (1.0 + widen_ * open) * band, one);
-    return whole * hold / (hold + mobilised * open * whole + 1e-30);   // both are 0 before the crack
+  const auto limit_of = [&](const R& d, const R& strain_of_opening) {
+    const R width = band * d * maximum(strain_of_opening, zero);
+    return select(cracked, d * interlock_ / (1.0 + widen_ * width) * maximum(1.0 - width * part_, zero), zero);
   };
-  const R stiffness = stiffness_of(s.d_t, widest), lost = maximum(stiffness_of(old_d_t, opened) - stiffness, zero);
+  // The concrete between the cracks and the faces, one after the other, as stiff as at the widest opening so far.
+  const auto stiffness_of = [&](const R& d, const R& widest) {
+    const R whole = shear_ * d, hold = limit_of(d, widest) * band;
+    return select(cracked, whole * hold / (hold + mobilised * band * d * maximum(widest, zero) * whole + 1e-30), zero);
+  };
+  const R opened = dot(s.slip, n), widest = maximum(opened, opening);
+  const R before = stiffness_of(old_d_t, opened), now = stiffness_of(s.d_t, widest), stiffness = minimum(before, now);
   R held[3];
-  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * s.normal[i]);
+  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * n[i]);
   const R length = square_root(dot(held, held)), trial = stiffness * length;
-  const auto slides = trial > limit;
-  const R keep = select(slides, limit / select(slides, trial, one), one);
-  const R tau = minimum(trial, limit);
-  R work = zero;
-  for (int i = 0; i < 3; ++i) {
-    const R moved = select(cracked, (1.0 - keep) * held[i] + (widest - opened) * s.normal[i], zero);
-    s.slip[i] = s.slip[i] + moved;
-  }
-  work = tau * (1.0 - keep) * length + 0.5 * lost * (keep * length) * (keep * length);
-  // Only what the damage law leaves open of it.
-  const auto shears = tau > 1e-3;   // [Pa]
-  const R scale = select(shears, 1.0 / select(shears, length, one), zero);
+  // Together with what the damage law carries along the same direction, at most the limit.
   R t[3];
-  for (int i = 0; i < 3; ++i) t[i] = held[i] * scale;
-  const R add = maximum(tau - maximum(dot(law, t), zero), zero);
-  const R share = select(shears, add / select(shears, tau, one), zero);
-  const R (&n)[3] = s.normal;
-  for (int i = 0; i < 3; ++i) stress[i] = stress[i] + 2.0 * add * n[i] * t[i];
-  stress[3] = stress[3] + add * (n[1] * t[2] + n[2] * t[1]);
-  stress[4] = stress[4] + add * (n[0] * t[2] + n[2] * t[0]);
-  stress[5] = stress[5] + add * (n[0] * t[1] + n[1] * t[0]);
-  energy = energy + 0.5 * add * keep * length;
-  dissipation = dissipation + share * work;
+  const R inverse = 1.0 / maximum(length, spread(1e-30, zero));
+  for (int i = 0; i < 3; ++i) t[i] = held[i] * inverse;
+  const R tau = minimum(trial, maximum(limit_of(s.d_t, opening) - maximum(dot(law, t), zero), zero));
+  // Stored: tau^2 / (2 now). A stiffness that has risen takes the stress over as it is, one that has fallen the strain.
+  const R slid = select(stiffness > 0.0, (trial - tau) / select(stiffness > 0.0, stiffness, one), zero), kept = length - slid;
+  const R elastic = select(now > 0.0, tau / select(now > 0.0, now, one), zero);
+  energy = energy + 0.5 * tau * elastic;
+  dissipation = dissipation + tau * slid + 0.5 * (before - stiffness) * kept * kept + 0.5 * tau * (kept - elastic);
+  for (int i = 0; i < 3; ++i) {
+    s.slip[i] = s.slip[i] + select(cracked, (length - elastic) * t[i] + (widest - opened) * n[i], zero);
+    stress[i] = stress[i] + 2.0 * tau * n[i] * t[i];
+  }
+  stress[3] = stress[3] + tau * (n[1] * t[2] + n[2] * t[1]);
+  stress[4] = stress[4] + tau * (n[0] * t[2] + n[2] * t[0]);
+  stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]);
 }
 
 /// What the crushed part carries; `largest`: the largest principal value of the effective stress, with Poisson's ratio `poisson`.

@@ -23,10 +23,11 @@
 /// The rubble rubs: its deviator t = 2 G (e - e_p) is at most |t| = sqrt(2/3) M p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by
 /// EN 1992-1-1, 6.2.5), by radial return, without change of volume; the work of e_p is dissipated.
 ///
-/// Interlock: the faces of a crack carry shear, as far as the damage law itself gives less. The crack's plane is that of its onset, gamma the shear strain
-/// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain; the limit is that of the modified compression field theory [vecchio1986, walraven1981]:
-/// and what the faces hold is as stiff as at the widest opening so far, also when the crack has closed again:
-///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16))   [MPa, mm],   gamma = tau / (d_t G) + (tau / tau_m) (w / 2) / l
+/// Interlock: the faces of a crack carry shear beside the damage law. The crack's plane is that of its onset, gamma the shear strain
+/// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain. The limit is that of the modified compression field theory [vecchio1986, walraven1981] with what the law carries along
+/// the same direction taken off, and faces a grain apart do not touch; what the faces hold is as stiff as at the widest opening w* so far, also when the crack has closed again:
+///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16)) (1 - w / a) - tau_law   [MPa, mm],   tau = k gamma,   1 / k = 1 / (d_t G) + (w* / 2) / (l tau_m(w*))
+/// Stored: tau^2 / 2 k. Beyond the limit the faces slide and rub; where k falls the strain stays, where it rises (cracking goes on) the stress does: either way what is stored falls, and is dissipated.
 ///
 /// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none
 /// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
@@ -113,7 +114,7 @@ class ConcreteDamage {
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
   double bulk_ = 0, friction_ = 0;                 // K [Pa]; |t| / p
-  double shear_ = 0, interlock_ = 0, widen_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]
+  double shear_ = 0, interlock_ = 0, widen_ = 0, part_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]; 1/a
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);
