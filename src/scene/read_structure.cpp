@@ -237,7 +237,7 @@ void read_structures(Reading& in, const View& root) {
     spec.gravity_preload = view.text("preload") == "gravity";
     spec.rate_effect = view.flag("rate_effect");
     spec.erosion = view.flag("erosion");
-    spec.aggregate = view.number("aggregate");
+    if (spec.damage == "concrete" || view.has("aggregate")) spec.aggregate = view.number("aggregate");
     if (spec.aggregate > 0 && spec.damage != "concrete") view.problem("aggregate", "only the law damage = \"concrete\" knows interlocking faces", "remove it, or take that law");
     read_rebar(in, view, spec);
     spec.damping_ratio = view.number("damping_ratio");
