@@ -101,7 +101,7 @@ class FieldOf final : public DamageField {
   ElasticLimits elastic_limits() const override { return H::limits(law_); }
 
   bool try_cell(int cell, const Motion& motion, double* f) override {
-    const LawGeometry g = law_geometry(*mesh_, cell);
+    const LawGeometry g = law_geometry(*mesh_, cell, law_.parameters().concrete.poisson);
     const Cell none{};
     Cell next{};
     double force[24];
@@ -173,7 +173,7 @@ class FieldOf final : public DamageField {
     double band = 0;
     for (int q = 0; q < 8; ++q) {
       band = std::max(band, H::band(law_, old_[i], q));
-      for (int k = 0; k < 6; ++k) strain[k] += g.weight[q] / g.volume * at.strain[k][q], mean[k] += g.weight[q] / g.volume * stress[k][q];
+      for (int k = 0; k < 6; ++k) strain[k] += 0.125 * at.strain[k][q], mean[k] += 0.125 * stress[k][q];
     }
     const material::Concrete& c = law_.parameters().concrete;
     return material::crack_width(band, strain, mean, c.young, c.poisson);
@@ -202,7 +202,7 @@ class FieldOf final : public DamageField {
       slot_[cell] = static_cast<int>(cells_.size());
       cells_.push_back(cell);
       joined_.push_back(static_cast<long>(i));
-      geometry_.push_back(law_geometry(*mesh_, cell));
+      geometry_.push_back(law_geometry(*mesh_, cell, law_.parameters().concrete.poisson));
       old_.push_back(d);
       next_.push_back(d);
       result_.emplace_back();
@@ -245,9 +245,9 @@ class FieldOf final : public DamageField {
       if (path_share(before, way, peak_strain_) < 1) follow(g, before, way, rate, old, next, a);
     }
     for (int q = 0; q < 8; ++q) {
-      result.energy += g.weight[q] * a.energy[q];
-      result.dissipation += g.weight[q] * a.dissipation[q];
-      result.dilation += g.weight[q] / g.volume * (at.strain[0][q] + at.strain[1][q] + at.strain[2][q]);
+      result.energy += g.share() * a.energy[q];
+      result.dissipation += g.share() * a.dissipation[q];
+      result.dilation += 0.125 * (at.strain[0][q] + at.strain[1][q] + at.strain[2][q]);
     }
     nodal_force(g, at, a.stress, finite_, force);
     return result;
@@ -313,8 +313,9 @@ std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concr
 
 }  // namespace
 
-LawGeometry law_geometry(const HexMesh& mesh, int cell) {
+LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson) {
   LawGeometry g{};
+  g.assumed = AssumedStrain(mesh, cell, poisson);
   const auto& hex = mesh.hexes[cell];
   for (int q = 0; q < 8; ++q) {
     const Mat3 j = jacobian(mesh, cell, gauss_point(q));
@@ -324,8 +325,7 @@ LawGeometry law_geometry(const HexMesh& mesh, int cell) {
       const Vec3 grad = inverse_t * reference[a];
       for (int x = 0; x < 3; ++x) g.gradient[a][x][q] = grad[x];
     }
-    g.weight[q] = j.determinant();
-    g.volume += g.weight[q];
+    g.volume += j.determinant();
   }
   for (int a = 0; a < 8; ++a) g.node[a] = 4 * hex[a];
   const Mat3 centre = jacobian(mesh, cell, Vec3::Zero());

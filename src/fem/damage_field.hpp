@@ -1,7 +1,7 @@
 /// The cells in which concrete may damage: strains at eight points, the law, forces, erosion.
 ///
-///   eps_q = dev(E_q) + theta/3 I,   theta = sum_q w_q tr(E_q) / V          mean dilatation, as in the elastic kernel
-///   f_a = sum_q w_q F_q (dev sigma_q + p I) grad N_a,   p = sum_q w_q tr(sigma_q) / (3 V)
+///   eps_q of the Green-Lagrange strains E as assumed_strain.hpp says, as in the elastic kernel; each point stands for an eighth of the volume
+///   f_a = sum_q F_q S_q grad N_a,   S: the transpose of that, of the stresses (AssumedStrain::transpose)
 ///
 /// A cell enters when its law is first evaluated to grow; before, it is elastic and keeps no history. States are evaluated from the last
 /// accepted ones into the next; accept() makes them the accepted ones, so that a rejected step leaves no trace.
@@ -14,7 +14,6 @@
 ///
 /// symbol   meaning                                               unit     shape
 /// G        grad N_a at the points                                1/m      8 x 3 x 8 (node, axis, point)
-/// w        weights                                               m^3      8
 ///
 /// The laws: material::ConcreteDamage ("concrete") and material::Cdpm2 ("concrete-cdpm2").
 #pragma once
@@ -26,7 +25,7 @@
 #include <vector>
 
 #include "fem/aligned.hpp"
-#include "fem/hex_mesh.hpp"
+#include "fem/assumed_strain.hpp"
 #include "fem/kernel.hpp"
 #include "fem/material_damage.hpp"
 
@@ -34,13 +33,14 @@ namespace talus::fem {
 
 struct LawGeometry {
   double gradient[8][3][8];
-  double weight[8];
+  AssumedStrain assumed;
   double volume;
+  double share() const { return volume / 8; }   // of a point
   int node[8];  // four times the node number
   material::CellFrame frame;
 };
 
-LawGeometry law_geometry(const HexMesh& mesh, int cell);
+LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson);
 
 /// What the cells of a field are evaluated at, nodes x 4. Without velocities, or with a last step of 0, nothing is known of the way there.
 struct Motion {

@@ -134,6 +134,18 @@ std::array<Vec3, 8> shape_gradients(const Vec3& xi) {
   return g;
 }
 
+Mat3 cell_axes(const HexMesh& mesh, int cell) {
+  Mat3 r = jacobian(mesh, cell, Vec3::Zero()).colwise().normalized();
+  if ((r - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-13) return Mat3::Identity();
+  for (int i = 0; i < 50; ++i) {   // Newton's iteration for the polar factor
+    const Mat3 next = 0.5 * (r + r.inverse().transpose());
+    const double change = (next - r).norm();
+    r = next;
+    if (change < 1e-14) break;
+  }
+  return r;
+}
+
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi) {
   const std::array<Vec3, 8> g = shape_gradients(xi);
   // Edge vectors keep the result exact for cells far from the origin.

@@ -2,21 +2,20 @@
 /// its own translation unit.
 ///
 ///   f_a = sum_q w_q P_q grad N_a,   P = sigma (small strain)   or   P = F S (total Lagrangian),
-///   sigma_q = 2 mu dev(eps_q) + K theta I,   theta = sum_q w_q tr(eps_q) / sum_q w_q
 ///
-/// 2 x 2 x 2 points with mean dilatation: the pressure is one number per element, which is the B-bar element of
-/// [hughes1980] without forming B-bar. With eps replaced by the Green-Lagrange strain the same formula is the derivative of an
-/// energy, hence conserves it, and forces and moments sum to zero under any rotation.
+/// the strains at the 2 x 2 x 2 points taken as assumed_strain.hpp says, and sigma its transpose of their elastic stresses: as both are sums of few
+/// functions, which are orthogonal, a stress is found for each function and not for each point. With eps replaced by the Green-Lagrange strain
+/// the same formula is the derivative of an energy, hence conserves it, and forces and moments sum to zero under any rotation.
 ///
 /// symbol     meaning                                                     unit     shape
 /// nodes      four times the node number, lane innermost                  -        groups x 8 x W   (VTK order)
-/// geometry   brick: diagonal of J^-1, w; else J^-1 (row: reference axis, 1/m, m^3 groups x 4 x W; groups x Q x 10 x W,
-///            column: x, y, z), w                                                  Q = 1 if affine, else 8
+/// geometry   brick: diagonal of J^-1, w; else R (9, columns the     1/m, m^3 groups x 4 x W; groups x (9 + Q 10) x W,
+///            cell's axes), J^-1 (row: reference axis, column: axis), w            Q = 1 if affine, else 8
 /// scale      1 for a lane that counts, 0 for padding and lanes elsewhere -        groups x W
 /// u          displacement, padded to four per node                       m        nodes x 4
 /// f          internal force, added to                                    N        nodes x 4
 /// energy     strain energy                                               J        groups x W
-/// bound      max over the points of eps : C : eps with K theta^2; 0 if   Pa       groups x W
+/// bound      max over the points of eps : C : eps; 0 if               Pa       groups x W
 ///            the limits rule out that a damage law has anything to say
 #pragma once
 

@@ -50,16 +50,6 @@ void add_product(const Points* h, const Points* d, double factor, Points* out) {
     }
 }
 
-void mean_dilatation(const LawGeometry& g, Points* e) {
-  double theta = 0;
-  for (int q = 0; q < 8; ++q) theta += g.weight[q] * (e[0][q] + e[1][q] + e[2][q]);
-  theta /= g.volume;
-  for (int q = 0; q < 8; ++q) {
-    const double shift = (theta - (e[0][q] + e[1][q] + e[2][q])) * (1.0 / 3);
-    e[0][q] += shift, e[1][q] += shift, e[2][q] += shift;
-  }
-}
-
 }  // namespace
 
 void point_strains(const LawGeometry& g, const double* u, const double* v, bool finite, PointStrains& out) {
@@ -67,13 +57,13 @@ void point_strains(const LawGeometry& g, const double* u, const double* v, bool 
   gradient_of(g, u, h);
   symmetric_part(h, out.strain);
   if (finite) add_product(h, h, 0.5, out.strain);
-  mean_dilatation(g, out.strain);
+  g.assumed.assume(out.strain);
   if (!v) return;
   Points hr[9];
   gradient_of(g, v, hr);
   symmetric_part(hr, out.rate);
   if (finite) add_product(h, hr, 1.0, out.rate);
-  mean_dilatation(g, out.rate);
+  g.assumed.assume(out.rate);
 }
 
 void strains_before(const LawGeometry& g, const PointStrains& at, const double* v, double step, bool finite, double (&before)[6][8]) {
@@ -83,21 +73,17 @@ void strains_before(const LawGeometry& g, const PointStrains& at, const double* 
     for (int q = 0; q < 8; ++q) h[i][q] = at.displacement_gradient[i][q] - step * h[i][q];
   symmetric_part(h, before);
   if (finite) add_product(h, h, 0.5, before);
-  mean_dilatation(g, before);
+  g.assumed.assume(before);
 }
 
 void nodal_force(const LawGeometry& g, const PointStrains& at, const double (*stress)[8], bool finite, double* force) {
   const Points* h = at.displacement_gradient;
-  double pressure = 0;
-  for (int q = 0; q < 8; ++q) pressure += g.weight[q] * (stress[0][q] + stress[1][q] + stress[2][q]);
-  pressure /= 3 * g.volume;
+  Points t[6];
+  g.assumed.transpose(stress, t);
   Points p[9];
   for (int q = 0; q < 8; ++q) {
-    const double shift = pressure - (stress[0][q] + stress[1][q] + stress[2][q]) * (1.0 / 3);
-    const double w = g.weight[q];
-    const double s[9] = {w * (stress[0][q] + shift), w * stress[5][q], w * stress[4][q], w * stress[5][q], w * (stress[1][q] + shift),
-                         w * stress[3][q], w * stress[4][q], w * stress[3][q], w * (stress[2][q] + shift)};
-    for (int i = 0; i < 9; ++i) p[i][q] = s[i];
+    const double s[9] = {t[0][q], t[5][q], t[4][q], t[5][q], t[1][q], t[3][q], t[4][q], t[3][q], t[2][q]};
+    for (int i = 0; i < 9; ++i) p[i][q] = g.volume * s[i];
   }
   if (finite) {
     Points s[9];

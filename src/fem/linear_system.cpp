@@ -27,32 +27,6 @@ void SymmetricMatrix::multiply(const double* x, double* y) const {
   }
 }
 
-ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk) {
-  ElementMatrix k = ElementMatrix::Zero();
-  Eigen::Matrix<double, 24, 1> mean = Eigen::Matrix<double, 24, 1>::Zero();
-  double volume = 0;
-  for (int q = 0; q < 8; ++q) {
-    const Mat3 j = jacobian(mesh, cell, gauss_point(q));
-    const Mat3 inverse_t = j.inverse().transpose();
-    const double w = j.determinant();
-    volume += w;
-    const std::array<Vec3, 8> reference = shape_gradients(gauss_point(q));
-    std::array<Vec3, 8> g;
-    for (int a = 0; a < 8; ++a) {
-      g[a] = inverse_t * reference[a];
-      mean.segment<3>(3 * a) += w * g[a];
-    }
-    for (int a = 0; a < 8; ++a)
-      for (int b = 0; b < 8; ++b) {
-        Mat3 block = w * shear * (g[b] * g[a].transpose() - 2.0 / 3 * g[a] * g[b].transpose());
-        block.diagonal().array() += w * shear * g[a].dot(g[b]);
-        k.block<3, 3>(3 * a, 3 * b) += block;
-      }
-  }
-  k += bulk / volume * mean * mean.transpose();
-  return k;
-}
-
 SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
                                    const std::vector<char>* live) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());

@@ -1,8 +1,8 @@
 /// Stiffness of the elastic structure on its free degrees of freedom, and its sparse Cholesky factor.
 ///
-///   K_e = sum_q w_q [ mu (delta_ij g_a.g_b + g_aj g_bi) - 2/3 mu g_ai g_bj ] + K_b V gbar_ai gbar_bj
+///   K_e = V sum_k B_k^T C_k B_k over the functions of assumed_strain.hpp,
 ///
-/// the tangent of the kernels' internal force at u = 0 (mean dilatation). The matrix holds the lower triangle, columns compressed,
+/// the tangent of the kernels' internal force at u = 0 (assumed_strain.hpp). The matrix holds the lower triangle, columns compressed,
 /// rows sorted.
 #pragma once
 #include <array>
@@ -10,7 +10,7 @@
 #include <memory>
 #include <vector>
 
-#include "fem/hex_mesh.hpp"
+#include "fem/assumed_strain.hpp"
 
 namespace talus::fem {
 
@@ -36,9 +36,6 @@ struct Spring {
   Mat3 stiffness = Mat3::Zero();  // [N/m]
 };
 
-using ElementMatrix = Eigen::Matrix<double, 24, 24>;
-
-ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);
 /// `live`: cells that count, per cell; null: all.
 SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {},
                                    const std::vector<char>* live = nullptr);

@@ -1,5 +1,5 @@
 /// The element of the kernels once more, assembled by deal.II with its own quadrature and mapping: the reference the kernels are
-/// tested against. Small strain, mean dilatation.
+/// tested against. Small strain, assumed_strain.hpp.
 #pragma once
 #include <vector>
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "fem/bending.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
@@ -49,10 +48,6 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
   mesh_ = make_mesh(spec_);
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
-  if (const auto poor = poor_bending(mesh_, spec_.poisson))
-    report_(fmt::format("warning: members with {} layer{} of cells over their depth of {:.3g} m and cells {:.3g} m long bend {:.0f} % of what they should; take cells of at "
-                        "most {:.2g} m along them and three layers or more over the depth, or accept it",
-                        poor->layers, poor->layers == 1 ? "" : "s", poor->depth, poor->length, 100 * poor->sag, longest_bending_cell(poor->depth, spec_.poisson)));
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";

@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "fem/bending.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -28,11 +27,11 @@ TEST(Cantilever, StaticsConvergeToTimoshenko) {
   const double q = rho * a * 1.0;
   const double beam = q * l * l * l * l / (8 * e * i) + q * l * l / (2 * 5.0 / 6 * g * a);
   const double u2 = tip_deflection(2, 16), u4 = tip_deflection(4, 32), u8 = tip_deflection(8, 64);
-  // Second order: differences shrink by four.
-  const double slope = std::log2((u4 - u2) / (u8 - u4));
-  EXPECT_NEAR(slope, 2.0, 0.35);
+  // Bending is exact at any size; what is left is shear that the clamped face holds from warping, singular at its edge.
+  EXPECT_GT(std::log2((u4 - u2) / (u8 - u4)), 1.5);
   const double limit = u8 + (u8 - u4) / 3;
   EXPECT_NEAR(limit, beam, 2e-3 * beam);
+  EXPECT_NEAR(u2, beam, 3e-3 * beam);
 }
 
 TEST(Cantilever, TipLoadAndFrequencies) {
@@ -197,30 +196,21 @@ TEST(State, RestoreBringsBackTheSameBits) {
   }
 }
 
-/// A cantilever of 0.5 x 0.5 x 8 m under its own weight lying down: what the cells make of it, and what is said of them beforehand.
-TEST(Bending, IsForetold) {
+/// A cantilever of 0.5 x 0.5 x 8 m under its own weight lying down, Timoshenko's tip deflection: in one layer of cells, long or short. A cell with mean dilatation alone sagged by
+/// 0.9 to 1.02 of it in cubes, one layer, and a quarter in cells four times as long as deep.
+TEST(Bending, OfOneLayerIsABeams) {
   const auto tip = [](int layers, int along) {
     StructureSpec s = cantilever(layers, along);
     s.size = Vec3(0.5, 0.5, 8);
     s.probes[0].at = Vec3(0, 0, 8);
     s.gravity_preload = true;
+    s.poisson = 0.2;
     return FemStructure(s, Vec3(1, 0, 0), silent).probe_displacements()[0].x();
   };
-  const auto foretold = [](int layers, int along) {
-    StructureSpec s = cantilever(layers, along);
-    s.size = Vec3(0.5, 0.5, 8);
-    return poor_bending(make_mesh(s), s.poisson);
-  };
-  const double area = 0.25, inertia = 0.0625 / 12, beam = 2450 * area * std::pow(8, 4) / (8 * 33.55e9 * inertia);
-  for (const auto& [layers, along] : {std::pair(1, 8), {1, 40}, {2, 8}, {2, 12}, {2, 16}}) {
-    const auto poor = foretold(layers, along);
-    ASSERT_TRUE(poor) << layers << " " << along;
-    EXPECT_EQ(poor->layers, layers);
-    EXPECT_NEAR(poor->sag / (tip(layers, along) / beam), 1, layers == 1 ? 0.15 : 0.06) << layers << " " << along << " " << tip(layers, along) / beam;
-  }
-  EXPECT_FALSE(foretold(3, 48));
-  EXPECT_NEAR(tip(3, 48) / beam, 1, 0.06);
-  EXPECT_LE(8.0 / 48, longest_bending_cell(0.5, 0.2));
+  const double area = 0.25, inertia = 0.0625 / 12, load = 2450 * area, shear = 33.55e9 / 2.4 * area * 5 / 6;
+  const double beam = load * std::pow(8, 4) / (8 * 33.55e9 * inertia) + load * 64 / (2 * shear);
+  for (const auto& [layers, along] : {std::pair(1, 4), {1, 8}, {1, 16}, {1, 40}, {2, 4}, {2, 16}, {3, 48}})
+    EXPECT_NEAR(tip(layers, along) / beam, 1, along == 4 ? 0.025 : 0.01) << layers << " " << along;
 }
 
 TEST(Input, MissingSupportGroupAndEmptyLoadAreNamed) {

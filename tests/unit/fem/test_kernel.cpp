@@ -101,13 +101,16 @@ TEST(Kernel, AllInstructionSetsAgree) {
   for (const Kernels* set : sets) {
     const int w = set->width;
     nodes.assign(8 * 8, 0);
-    geometry.assign(8 * 8 * 10, 0.0);
+    geometry.assign(8 * 89, 0.0);
     for (int cell = 0; cell < 8; ++cell) {
       for (int a = 0; a < 8; ++a) nodes[(cell / w * 8 + a) * w + cell % w] = 4 * mesh.hexes[cell][a];
+      const Mat3 axes = cell_axes(mesh, cell);
+      double* of = &geometry[cell / w * 89 * w + cell % w];
+      for (int i = 0; i < 9; ++i) of[i * w] = axes(i / 3, i % 3);
       for (int q = 0; q < 8; ++q) {
         double values[10];
-        point_geometry(mesh, cell, gauss_point(q), values);
-        for (int i = 0; i < 10; ++i) geometry[((cell / w * 8 + q) * 10 + i) * w + cell % w] = values[i];
+        point_geometry(mesh, cell, axes, gauss_point(q), values);
+        for (int i = 0; i < 10; ++i) of[(9 + q * 10 + i) * w] = values[i];
       }
     }
     AlignedVector f(u.size(), 0.0), energy(8, 0.0), bound(8, 0.0);
