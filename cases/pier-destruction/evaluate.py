@@ -33,6 +33,7 @@ def figures(directory):
         "damaged_volume_m3": float(damaged[-1]),
         "boulder_speed_at_end": float(speed[-1, 0]),
         "fastest_piece_at_end": float(np.nanmax(speed[-1][pieces])) if pieces.any() else 0.0,
+        "share_of_pieces_at_rest": float(mass[pieces][speed[-1][pieces] < 0.05].sum() / mass[pieces].sum()) if pieces.any() else None,
         "share_damage": float(ledger["damage_work"][-1] / start),
         "share_impacts_and_damping": float(ledger["damping_work"][-1] / start),
         "share_friction": float(ledger["friction_work"][-1] / start),
