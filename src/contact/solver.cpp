@@ -139,9 +139,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }
   for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
-  for (std::size_t b = 0; b < system.body.size(); ++b)
-    std::copy_n(search.best_v.begin() + system.offset[b], system.ndof[b],
-                problem.v.begin() + problem.bodies[system.body[b]].offset);
+  system.write(search.best_v, problem);
   report.residual = search.best / settings.velocity_scale;
   report.converged = search.best <= sufficient;
   if (!report.converged) report.tier = 'E';
@@ -157,15 +155,16 @@ double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
   system.velocities(p, v);
   double worst = system.residual(v, p);
   // The velocities given must be those of the impulses: measured as contact velocities.
-  std::vector<double> difference(v.size());
-  for (std::size_t b = 0; b < system.body.size(); ++b)
-    for (int k = 0; k < system.ndof[b]; ++k)
-      difference[system.offset[b] + k] =
-          problem.v[problem.bodies[system.body[b]].offset + k] - v[system.offset[b] + k];
   std::vector<double> reach;
   system.impulse_reach(p, reach);
   for (const Touch& t : system.touch) {
-    const double gap = system.relative(t, difference.data()).norm() - system.round_off(t, reach);
+    const ProblemContact& contact = problem.contacts[t.id];
+    Vec3 u = contact.bias;
+    for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
+      const ProblemBody& body = problem.bodies[problem.terms[k].body];
+      for (int j = 0; j < body.ndof; ++j) u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) * problem.v[body.offset + j];
+    }
+    const double gap = (u - t.bias - system.relative(t, v.data())).norm() - system.round_off(t, reach);
     if (!(gap <= worst)) worst = gap;
   }
   return worst;

@@ -23,7 +23,7 @@ void DualNewton::assemble(const System& system) {
           const TouchTerm &x = system.terms[s], &y = system.terms[t];
           if (x.body != y.body) continue;
           using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>>;
-          block += Rows(system.J.data() + x.at, 3, x.n) * Rows(system.Y.data() + y.at, 3, y.n).transpose();
+          block += Rows(system.J.data() + x.at, 3, x.n) * Rows(system.J.data() + y.at, 3, y.n).transpose();
         }
       if (i == j) block.diagonal() += a.compliance;
       W_.block<3, 3>(3 * i, 3 * j) = block / (root_[i] * root_[j]);

@@ -1,6 +1,6 @@
 /// Semismooth Newton on the impulses of a small problem, for the last digits where contacts are redundant.
 ///
-///   F_i(p) = p_i - P_i(p_i - u_i / w_i) = 0,   u = W p + q,   W = J A^-1 J^T + R,   q = J v_hat + b      [alart1991]
+///   F_i(p) = p_i - P_i(p_i - u_i / w_i) = 0,   u = W p + q,   W = J J^T + R,   q = J v_hat + b      [alart1991]
 ///   ((I - G) + G w^-1 W) dp = -F,   G_i = dP_i / dz_i,   in the least squares sense of least length
 ///
 /// No proximal term: round-off of the velocities is not magnified. Sticking contacts may contradict each other by a little (conditions

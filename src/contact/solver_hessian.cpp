@@ -61,7 +61,7 @@ void Hessian::assemble(const System& system, const Mat3* derivative, const unsig
 
 void Hessian::assemble_column(const System& system, const Mat3* derivative, const unsigned char* state, int body) {
   const int n = system.ndof[body];
-  std::copy_n(system.mass.data() + system.matrix[body], n * n, lu.diagonal(body));
+  for (int i = 0; i < n; ++i) lu.diagonal(body)[i * (n + 1)] = 1;
   static thread_local std::vector<double> T;   // D J
   T.resize(3 * static_cast<std::size_t>(n));
   for (int e = system.first_of_body[body]; e < system.first_of_body[body + 1]; ++e) {

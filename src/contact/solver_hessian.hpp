@@ -1,4 +1,4 @@
-/// H = A + sum J_i^T D_i J_i over the pairs of bodies that touch, and its factor.
+/// H = 1 + sum J_i^T D_i J_i over the pairs of bodies that touch, and its factor.
 #pragma once
 #include <cstdint>
 #include <vector>

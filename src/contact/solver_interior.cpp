@@ -10,6 +10,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
+constexpr double long_step = 0.8;    // from it on another corrector is not worth its cost
 constexpr double short_step = 0.6;   // below it the contacts that hold up the path are put back inside their cones
 
 // Largest a in [0, 1] that keeps x0 + a dx0 >= |x + a dx|.
@@ -245,9 +246,9 @@ double Interior::complementarity_after(double alpha) {
   return std::max(std::accumulate(products_.begin(), products_.end(), 0.0) / count_, 0.0);
 }
 
-/// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. False if a pivot vanishes.
-bool Interior::direction(double complementarity, double& alpha) {
-  system_->apply_mass(vp_.data(), force_.data());  // F = A (v - v(p))
+/// Predictor to tau = 0, then the corrector with the centring that the predictor's success asks for. The factor serves again: up to `correctors` more, each
+/// with the products of the last direction's own parts, while they lengthen a short step. False if a pivot vanishes.
+bool Interior::direction(double complementarity, int correctors, double& alpha) {
   right_hand_side(Phase::predictor, 0);
   hessian_->assemble(*system_, D_.data(), nullptr);
   if (!hessian_->lu.factor()) return false;
@@ -260,6 +261,20 @@ bool Interior::direction(double complementarity, double& alpha) {
   step_ = rhs_;
   hessian_->lu.solve(step_.data());
   alpha = steps(Phase::corrector, tau);
+  for (int k = 0; k < correctors && alpha < long_step; ++k) {
+    last_pairs_ = pairs_;
+    last_step_ = step_;
+    right_hand_side(Phase::corrector, tau);
+    step_ = rhs_;
+    hessian_->lu.solve(step_.data());
+    const double longer = steps(Phase::corrector, tau);
+    if (longer < 1.1 * alpha) {
+      pairs_.swap(last_pairs_);
+      step_.swap(last_step_);
+      break;
+    }
+    alpha = longer;
+  }
   return true;
 }
 
@@ -306,9 +321,9 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     if (progress.least <= options.tolerance || it >= options.max_iterations || !std::isfinite(complementarity)) break;
     if (complementarity < 1e-4 * tolerance_sq) break;
     ++outcome.iterations;
-    for (int k = 0; k < system.n; ++k) vp_[k] = v_[k] - vp_[k];
+    for (int k = 0; k < system.n; ++k) force_[k] = v_[k] - vp_[k];
     double alpha = 0;
-    if (!direction(complementarity, alpha)) break;
+    if (!direction(complementarity, options.correctors, alpha)) break;
     progress.blocked = alpha < 0.03 ? progress.blocked + 1 : 0;
     lag_ = alpha < 0.3 ? std::min(1.0, lag_ + 0.5) : 0.5 * lag_;
     advance(alpha, complementarity, options.recentre);

@@ -1,6 +1,6 @@
 /// Primal-dual interior-point method for contact with exact Coulomb friction (or associated flow).
 ///
-///   A (v - v_hat) = J^T p
+///   v = v_hat + J^T p          (velocities in which every mass is one, solver_system.hpp)
 ///   y P = tau / w,             P = p_n - floor > 0,  y = u_n - a mu gamma > 0           (normal)
 ///   g gamma + p_t . u_t = tau / w,  g u_t + gamma p_t = 0,  g = mu p_n + c > |p_t|, gamma > |u_t|   (friction cone)
 ///
@@ -10,7 +10,7 @@
 /// tau      barrier parameter, the same for all contacts in velocity units            m^2/s^2
 /// w        scale of the contact, turns impulse into velocity                         1/kg
 ///
-/// Eliminating dP, dp_t, dgamma, dy per contact leaves (A + sum J^T D J) dv = f: the pattern of the Newton method. Predictor
+/// Eliminating dP, dp_t, dgamma, dy per contact leaves (1 + sum J^T D J) dv = f: the pattern of the Newton method. Predictor
 /// and corrector share a factorisation [mehrotra1992]. No proximal term: D stays moderate along the path, so a cold start
 /// costs 10 to 20 factorisations. In large problems a contact that holds up a short step is
 /// put back inside its cone before the next.
@@ -27,6 +27,7 @@ struct InteriorOptions {
   double tolerance = 1e-10;  // [m/s]
   int max_iterations = 60;
   int sweeps = 0;            // visits per contact of an attempt to settle from the path what lags behind; 0: none
+  int correctors = 0;        // more of them in an iteration, at most, while they lengthen its step [gondzio1996]
   bool recentre = false;     // put the contacts that hold up a short step back inside their cones
   double start = 0;          // [m/s] expected distance from the warm start; sets the first barrier
 };
@@ -70,7 +71,7 @@ class Interior {
   double steps(Phase phase, double tau);
   void contact_step(const Touch& t, Pair& q, std::size_t i, Phase phase, double tau) const;
   double complementarity_after(double alpha);
-  bool direction(double complementarity, double& alpha);
+  bool direction(double complementarity, int correctors, double& alpha);
   void advance(double alpha, double complementarity, bool recentre);
 
   Hessian* hessian_;
@@ -79,10 +80,10 @@ class Interior {
   // Weight of the flow rule's own coupling in the direction: 0 is Newton on exact Coulomb, fast but now and then blocked; 1 takes the
   // direction of the convex problem with the De Saxce shift held, which is monotone, and moves the shift at each iteration.
   double lag_ = 0;
-  std::vector<Pair> pairs_;
+  std::vector<Pair> pairs_, last_pairs_;
   std::vector<Mat3> D_;
   std::vector<Vec3> constant_, p_, best_;
-  std::vector<double> un_, products_, v_, step_, rhs_, force_, vp_, settled_v_;   // products_: the two complementary ones of every contact
+  std::vector<double> un_, products_, v_, step_, rhs_, force_, vp_, settled_v_, last_step_;   // products_: the two complementary ones of every contact; force_: v - v(p)
   std::vector<Vec3> settled_;
   LocalSweeps local_;
 };

@@ -14,6 +14,8 @@ namespace {
 
 using Panel = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
+constexpr double pivot_threshold = 0.1;   // a diagonal at least so large beside the column's largest is the pivot
+
 // In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement.
 bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eigen::aligned_allocator<double>>& upper) {
   for (int j = 0; j < k; ++j) {
@@ -21,6 +23,7 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
     int best = j;
     for (int i = j + 1; i < k; ++i)
       if (std::abs(cj[i]) > std::abs(cj[best])) best = i;
+    if (std::abs(cj[j]) >= pivot_threshold * std::abs(cj[best])) best = j;   // rows far apart in memory stay where they are
     pivot_row[j] = best;
     if (!(std::abs(cj[best]) > 0) || !std::isfinite(cj[best])) return false;
     if (best != j)
@@ -92,7 +95,7 @@ void BlockLU::gather_front(const Front& front, Part& part) {
     part.updates.pop_back();
     Part& from = parts_[update.part];
     add_child(fronts_[update.front], from.stack.data() + update.at, part.place, m, F);
-    from.stack.resize(update.at);
+    from.top = update.at;
   }
 }
 
@@ -133,8 +136,9 @@ bool BlockLU::factor_part(int number) {
     if (r == 0) continue;
     for (int c = 0; c < r; ++c)
       std::memcpy(out + static_cast<std::size_t>(c) * k, F + static_cast<std::size_t>(k + c) * m, sizeof(double) * k);
-    const std::size_t at = part.stack.size();
-    part.stack.resize(at + static_cast<std::size_t>(r) * r);
+    const std::size_t at = part.top;
+    part.top += static_cast<std::size_t>(r) * r;
+    if (part.stack.size() < part.top) part.stack.resize(part.top);
     for (int c = 0; c < r; ++c)
       std::memcpy(part.stack.data() + at + static_cast<std::size_t>(c) * r, F + static_cast<std::size_t>(k + c) * m + k, sizeof(double) * r);
     part.updates.push_back({f, number, at});
@@ -144,7 +148,7 @@ bool BlockLU::factor_part(int number) {
 
 bool BlockLU::factor() {
   for (Part& p : parts_) {
-    p.stack.clear();
+    p.top = 0;
     p.updates.clear();
   }
   std::atomic<bool> good = true;

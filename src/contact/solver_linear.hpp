@@ -53,6 +53,7 @@ class BlockLU {
     int largest = 0;               // size of its fronts
     std::vector<int> outside;      // bodies of its fronts that others eliminate
     Buffer stack, front, upper, local, left;
+    std::size_t top = 0;           // of the stack
     std::vector<Update> updates;
     std::vector<int> place;        // of every body in the front at hand
   };

@@ -51,19 +51,22 @@ void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier,
     point.state[i] = project(law, z, q.rn, q.rt, point.p[i], derivatives ? &D_[i] : nullptr);
     if (point.p[i] != Vec3::Zero()) system.push(t, point.p[i], point.difference.data());
   }
-  for (int k = 0; k < system.n; ++k) point.difference[k] = point.v[k] - point.difference[k];
-  work_.resize(system.n);
-  point.merit = system.apply_mass(point.difference.data(), work_.data());
+  point.merit = 0;
+  for (int k = 0; k < system.n; ++k) {
+    point.difference[k] = point.v[k] - point.difference[k];
+    point.merit += point.difference[k] * point.difference[k];
+  }
 }
 
 double Newton::exact_step(const System& system, const std::vector<Vec3>& multiplier, double epsilon, const Point& from) {
-  // phi'(a) = dv^T A (v + a dv - v_hat) - sum (J dv)^T p(u + a J dv): increasing in a; its root is the exact step.
+  // phi'(a) = dv^T (v + a dv - v_hat) - sum (J dv)^T p(u + a J dv): increasing in a; its root is the exact step.
   const int nc = system.contacts();
   slope_.resize(nc);
-  work_.resize(system.n);
-  const double quadratic = system.apply_mass(step_.data(), work_.data());
-  double linear = 0;
-  for (int k = 0; k < system.n; ++k) linear += work_[k] * (from.v[k] - system.v_hat[k]);
+  double quadratic = 0, linear = 0;
+  for (int k = 0; k < system.n; ++k) {
+    quadratic += step_[k] * step_[k];
+    linear += step_[k] * (from.v[k] - system.v_hat[k]);
+  }
   for (int i = 0; i < nc; ++i) slope_[i] = system.relative(system.touch[i], step_.data());
   auto derivative = [&](double a) {
     double sum = linear + a * quadratic;
@@ -166,8 +169,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       if (!factored) break;
     }
     step_.resize(system.n);
-    system.apply_mass(here_.difference.data(), step_.data());
-    for (double& x : step_) x = -x;
+    for (int k = 0; k < system.n; ++k) step_[k] = -here_.difference[k];
     hessian_->lu.solve(step_.data());
     double a = options.convex ? exact_step(system, multiplier_, epsilon, here_) : 1.0;
     const double merit = here_.merit;

@@ -1,12 +1,12 @@
 /// Proximal outer iteration with a semismooth Newton method inside.
 ///
 ///   inner, for fixed multipliers p^k and proximal compliance rho_i = max(0, eps w_i - R_i):
-///     F(v) = A (v - v_hat) - sum J_i^T p_i(v) = 0,   p_i(v) = P_i((rho_i p^k_i - J_i v - b_i) / (R_i + rho_i))
-///     (A + sum J_i^T D_i J_i) dv = -F,   D_i = -dp_i/du_i
+///     F(v) = v - v_hat - sum J_i^T p_i(v) = 0,   p_i(v) = P_i((rho_i p^k_i - J_i v - b_i) / (R_i + rho_i))
+///     (1 + sum J_i^T D_i J_i) dv = -F,   D_i = -dp_i/du_i
 ///   outer:  p^{k+1} = p(v),  which removes the proximal compliance as it converges   [rockafellar1976]
 ///
 /// For associated laws F is the gradient of a C1, strongly convex function and the exact line search on it makes the inner
-/// iteration globally convergent. For exact Coulomb F is not a gradient; the line search is on |F|^2 in the norm of A^-1, and
+/// iteration globally convergent. For exact Coulomb F is not a gradient; the line search is on |F|^2, and
 /// a failure is reported to the caller.
 #pragma once
 #include <vector>
@@ -39,7 +39,7 @@ class Newton {
 
  private:
   struct Point {  // everything that is known at a trial v
-    std::vector<double> v, difference;  // difference = v - v(p(v)) = A^-1 F
+    std::vector<double> v, difference;  // difference = v - v(p(v)) = F
     std::vector<Vec3> p, u;
     std::vector<unsigned char> state;
     double merit = 0;
@@ -50,7 +50,7 @@ class Newton {
   Hessian* hessian_;
   Point here_, there_;
   std::vector<Mat3> D_;
-  std::vector<double> step_, work_, candidate_, reach_;
+  std::vector<double> step_, candidate_, reach_;
   std::vector<Vec3> multiplier_, slope_, best_p_;
   std::vector<unsigned char> factored_state_;
 };

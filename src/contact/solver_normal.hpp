@@ -1,6 +1,6 @@
 /// Problems without friction: one normal impulse per contact, a convex quadratic program with bounds.
 ///
-///   minimise over p >= floor:   1/2 p^T N p + (J v_hat + b)^T p,     N = J A^-1 J^T + R,  J the normal rows alone
+///   minimise over p >= floor:   1/2 p^T N p + (J v_hat + b)^T p,     N = J J^T + R,  J the normal rows alone
 ///
 /// Symmetric Gauss-Seidel sweeps as the preconditioner of nonlinear conjugate gradients (Fletcher-Reeves, restarted when the step
 /// grows) [silcowitz2010]: a pair of sweeps is one gradient step.
@@ -17,13 +17,12 @@ namespace talus::contact::detail {
 
 class NormalSweeps {
  public:
-  /// From the normal impulses of p; v is their velocity field, and is kept up. Ends when the residual is below the tolerance [m/s] or after
-  /// `budget` sweeps.
+  /// From the normal impulses of p; v is their velocity field, and is kept up. Ends when the residual is below the tolerance [m/s], after
+  /// `budget` sweeps, or once these seem not to get there.
   void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget);
 
  private:
-  struct Row { int first, count; double bias, diagonal, scale, compliance, floor; };   // terms; as of a Touch
-  struct Term { int v, n; std::size_t at; };                                           // of J; Y follows it
+  struct Row { int first, count; double bias, diagonal, inverse, scale, compliance, floor; };   // terms; as of a Touch
   void gather(const System& system, const std::vector<Vec3>& p);
   double velocity(const Row& row, const double* v) const;
   void push(const Row& row, double change, double* v) const;
@@ -32,9 +31,8 @@ class NormalSweeps {
   double residual(const double* v);
 
   std::vector<Row> rows_;
-  std::vector<Term> terms_;
-  std::vector<double> coefficients_;   // per term J, then Y = J A^-1, n each
-  const VisitingOrder* order_ = nullptr;
+  std::vector<double> J_;              // normal rows, of a term at a third of its place in the system's
+  const System* system_ = nullptr;
   std::vector<double> p_, before_, direction_, change_;   // change_: of the last sweep, later the residuals [m/s]
 };
 

@@ -36,6 +36,7 @@ bool Search::interior(double distance) {
   options.start = distance;
   options.recentre = system.contacts() > 60;
   options.sweeps = options.recentre ? 15 : 0;
+  options.correctors = options.recentre ? 2 : 0;
   trial_p_ = p;
   system.velocities(trial_p_, trial_v_);
   const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);

@@ -8,8 +8,11 @@ namespace talus::contact::detail {
 
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy accuracy) {
   const Law& law = t.law;
-  if (law.mu == 0 && law.cohesion == 0) return Vec3(t.W(0, 0) > 0 ? std::max(law.floor, -q.x() / t.W(0, 0)) : start.x(), 0, 0);
-  const Vec3 stick = -t.W_inverse * q;
+  const Eliminated& e = t.slip;
+  if (law.mu == 0 && law.cohesion == 0) return Vec3(e.k > 0 ? std::max(law.floor, -q.x() * e.k) : start.x(), 0, 0);
+  const double r1 = q.y() - e.c1 * q.x(), r2 = q.z() - e.c2 * q.x();
+  const double stick1 = -(e.i11 * r1 + e.i12 * r2), stick2 = -(e.i12 * r1 + e.i22 * r2);
+  const Vec3 stick(-e.k * q.x() - e.c1 * stick1 - e.c2 * stick2, stick1, stick2);
   if (stick.x() >= law.floor && length(stick.y(), stick.z()) <= law.mu * stick.x() + law.cohesion) return stick;
   const double at_floor = std::max(0.0, law.mu * law.floor + law.cohesion);
   if (at_floor <= 1e-14 * law.cohesion) {
@@ -24,7 +27,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
     const double wt = 0.5 * (a + b) + length(0.5 * (a - b), c);
     for (int k = 0; k < accuracy.iterations; ++k) {
       const Vec3 u = q + t.W * p;
-      next.x() = std::max(law.floor, p.x() - u.x() / t.W(0, 0));
+      next.x() = std::max(law.floor, p.x() - u.x() * e.k);
       const double dn = next.x() - p.x();
       const double g = std::max(0.0, law.mu * next.x() + law.cohesion);
       double y = p.y() - (u.y() + t.W(1, 0) * dn) / wt, z = p.z() - (u.z() + t.W(2, 0) * dn) / wt;
@@ -83,6 +86,22 @@ bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const s
   return any;
 }
 
+/// Has the memory of contacts fetched that are visited soon, `way` (1 or -1) from this one on: what is left to visit lies too far apart for the
+/// processor to foresee.
+void LocalSweeps::fetch(const System& system, int i, int way) const {
+  constexpr int line = 64, near = 4, far = 8;   // bytes; contacts from here, first their places, then their Jacobians
+  const auto left = [&](int k) { return k >= 0 && k < system.contacts() && pending_[k] != 0; };
+  if (const int k = i + way * far; left(k)) {
+    const char* touch = reinterpret_cast<const char*>(&system.touch[k]);
+    for (std::size_t at = 0; at < sizeof(Touch); at += line) __builtin_prefetch(touch + at);
+  }
+  if (const int k = i + way * near; left(k)) {
+    const Touch& t = system.touch[k];
+    const char* J = reinterpret_cast<const char*>(system.J.data() + system.terms[t.first].at);
+    for (std::size_t at = 0; at < 36 * sizeof(double); at += line) __builtin_prefetch(J + at);
+  }
+}
+
 /// True if the contact's impulse changed by more than counts.
 bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts) {
   const Touch& t = system.touch[i];
@@ -111,7 +130,9 @@ void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<do
       visits += nc / 4;
       last = nc;
     }
-    last = system.order.each(round % 2 == 0, last > few, [&](int i) {
+    const bool forward = round % 2 == 0;
+    last = system.order.each(forward, last > few, [&](int i) {
+      fetch(system, i, forward ? 1 : -1);
       if (pending_[i] == 0) return false;
       pending_[i] = 0;
       if (!visit(system, i, p, v, change_that_counts)) return true;

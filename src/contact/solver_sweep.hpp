@@ -29,6 +29,7 @@ class LocalSweeps {
   static constexpr int undamped_visits = 10;
   static constexpr long few = 1000;     // visits of a round that are not worth a second thread
   bool mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit);
+  void fetch(const System& system, int contact, int way) const;
   bool visit(const System& system, int contact, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts);
 
   std::vector<int> visits_;

@@ -1,6 +1,5 @@
 #include "contact/solver_system.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -57,7 +56,7 @@ Vec3 System::relative(const Touch& t, const double* x) const {
 void System::push(const Touch& t, const Vec3& p, double* x) const {
   for (int k = t.first; k < t.first + t.count; ++k) {
     const TouchTerm& term = terms[k];
-    add_transposed(Y.data() + term.at, term.n, p, x + term.v);
+    add_transposed(J.data() + term.at, term.n, p, x + term.v);
   }
 }
 
@@ -68,24 +67,20 @@ void System::velocities(const std::vector<Vec3>& p, std::vector<double>& v) cons
       double* x = v.data() + offset[b];
       std::copy_n(v_hat.data() + offset[b], ndof[b], x);
       for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e)
-        if (const Vec3& q = p[of_body[e].contact]; q != Vec3::Zero()) add_transposed(Y.data() + of_body[e].at, ndof[b], q, x);
+        if (const Vec3& q = p[of_body[e].contact]; q != Vec3::Zero()) add_transposed(J.data() + of_body[e].at, ndof[b], q, x);
     }
   });
 }
 
-double System::apply_mass(const double* x, double* y) const {
-  double energy = 0;
+void System::write(const std::vector<double>& v, ContactProblem& problem) const {
   for (std::size_t b = 0; b < body.size(); ++b) {
     const int m = ndof[b];
-    const double* A = mass.data() + matrix[b];
-    const double* xb = x + offset[b];
-    double* yb = y + offset[b];
-    for (int i = 0; i < m; ++i) yb[i] = 0;
-    for (int j = 0; j < m; ++j)
-      for (int i = 0; i < m; ++i) yb[i] += A[j * m + i] * xb[j];
-    for (int i = 0; i < m; ++i) energy += yb[i] * xb[i];
+    const double *M = root.data() + matrix[b], *x = v.data() + offset[b];
+    double* to = problem.v.data() + problem.bodies[body[b]].offset;
+    std::copy_n(held.data() + offset[b], m, to);
+    for (int c = 0; c < m; ++c)
+      for (int r = c; r < m; ++r) to[r] += M[c * m + r] * x[c];
   }
-  return energy;
 }
 
 void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const {
@@ -121,12 +116,61 @@ void System::list() {
   for (std::size_t b = 2; b < first_of_body.size(); ++b) first_of_body[b] += first_of_body[b - 1];
   of_body.resize(first_of_body.back());
   for (int i = 0; i < contacts(); ++i)   // first_of_body[b + 1] runs up to the end of body b's list
-    for (int k = touch[i].first; k < touch[i].first + touch[i].count; ++k) of_body[first_of_body[terms[k].body + 1]++] = {i, terms[k].at};
+    for (int k = touch[i].first; k < touch[i].first + touch[i].count; ++k) of_body[first_of_body[terms[k].body + 1]++] = {i, static_cast<std::uint32_t>(terms[k].at)};
   first_of_body.pop_back();
   order.find(*this);
 }
 
-void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
+Eliminated eliminate_normal(const Mat3& W) {
+  Eliminated e;
+  if (!(W(0, 0) > 0)) return e;
+  e.k = 1 / W(0, 0);
+  e.c1 = W(0, 1) * e.k;
+  e.c2 = W(0, 2) * e.k;
+  e.s11 = W(1, 1) - W(0, 1) * e.c1;
+  e.s12 = W(1, 2) - W(0, 1) * e.c2;
+  e.s22 = W(2, 2) - W(0, 2) * e.c2;
+  const double little = 1e-12 * W.trace() / 3, a = e.s11 + little, b = e.s22 + little, det = a * b - e.s12 * e.s12;
+  e.i11 = b / det;
+  e.i12 = -e.s12 / det;
+  e.i22 = a / det;
+  return e;
+}
+
+/// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
+void System::take_body(const ContactProblem& problem, int active) {
+  const ProblemBody& source = problem.bodies[body[active]];
+  const int m = source.ndof;
+  const double *A = source.mass, *B = source.mass_inverse, *v = problem.v_hat.data() + source.offset;
+  double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active], *rest = held.data() + offset[active];
+  const auto fast = [&](int i) { return !(B[i * m + i] > 0 && std::isfinite(A[i * m + i])); };
+  std::fill_n(M, static_cast<std::size_t>(m) * m, 0.0);
+  std::fill_n(free, m, 0.0);
+  std::fill_n(rest, m, 0.0);
+  for (int c = 0; c < m; ++c) {
+    double pivot = B[c * m + c], left = v[c];
+    for (int k = 0; k < c; ++k) {
+      pivot -= M[k * m + c] * M[k * m + c];
+      left -= M[k * m + c] * free[k];
+    }
+    if (fast(c) || !(pivot > 1e-15 * B[c * m + c])) {
+      rest[c] = left;
+      continue;
+    }
+    const double root_of_pivot = std::sqrt(pivot);
+    M[c * m + c] = root_of_pivot;
+    free[c] = left / root_of_pivot;
+    for (int r = c + 1; r < m; ++r) {
+      if (fast(r)) continue;
+      double sum = B[c * m + r];
+      for (int k = 0; k < c; ++k) sum -= M[k * m + r] * M[k * m + c];
+      M[c * m + r] = sum / root_of_pivot;
+    }
+  }
+}
+
+/// Active bodies, contacts and their terms, without the figures of the latter.
+void System::number(const ContactProblem& problem, bool exact_coulomb) {
   const int bodies = static_cast<int>(problem.bodies.size());
   active_.assign(bodies, -1);
   for (const ContactTerm& term : problem.terms) active_[term.body] = 0;
@@ -134,105 +178,97 @@ void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
   ndof.clear();
   offset.clear();
   matrix.clear();
-  mass.clear();
-  mass_inverse.clear();
-  v_hat.clear();
   n = 0;
+  std::size_t entries = 0;
   for (int b = 0; b < bodies; ++b) {
     if (active_[b] < 0) continue;
-    const ProblemBody& source = problem.bodies[b];
-    const int m = source.ndof;
+    const int m = problem.bodies[b].ndof;
     active_[b] = static_cast<int>(body.size());
     body.push_back(b);
     ndof.push_back(m);
     offset.push_back(n);
-    matrix.push_back(mass.size());
-    mass.insert(mass.end(), source.mass, source.mass + m * m);
-    mass_inverse.insert(mass_inverse.end(), source.mass_inverse, source.mass_inverse + m * m);
-    double* A = mass.data() + matrix.back();
-    double* B = mass_inverse.data() + matrix.back();
-    for (int i = 0; i < m; ++i) {
-      if (B[i * m + i] > 0 && std::isfinite(A[i * m + i])) continue;
-      for (int j = 0; j < m; ++j) A[i * m + j] = A[j * m + i] = B[i * m + j] = B[j * m + i] = 0;
-      A[i * m + i] = 1;  // held: B stays zero, and assemble() drops its Jacobian
-    }
-    v_hat.insert(v_hat.end(), problem.v_hat.begin() + source.offset, problem.v_hat.begin() + source.offset + m);
+    matrix.push_back(entries);
+    entries += static_cast<std::size_t>(m) * m;
     n += m;
   }
-  touch.clear();
+  root.resize(entries);
+  v_hat.resize(static_cast<std::size_t>(n));
+  held.resize(static_cast<std::size_t>(n));
+  touch.resize(problem.contacts.size());
   terms.clear();
-  J.clear();
-  Y.clear();
+  std::size_t at = 0;
   for (std::size_t c = 0; c < problem.contacts.size(); ++c) {
     const ProblemContact& contact = problem.contacts[c];
-    touch.emplace_back();
-    Touch& t = touch.back();
+    Touch& t = touch[c];
     t.id = static_cast<int>(c);
     t.first = static_cast<int>(terms.size());
-    t.bias = contact.bias;
-    t.compliance = contact.compliance;
+    t.shift = 0;
     t.law.mu = contact.friction;
     t.law.cohesion = contact.cohesion;
     t.law.floor = law_floor(contact.friction, contact.cohesion, contact.tension);
     t.law.exact = exact_coulomb && !contact.associated;
     for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
-      const ContactTerm& source = problem.terms[k];
-      const int b = active_[source.body], m = ndof[b];
-      const double* from = problem.jacobians.data() + source.jacobian;
-      const double* B = mass_inverse.data() + matrix[b];
-      std::size_t at = 0;
-      bool found = false;
-      for (int e = t.first; e < static_cast<int>(terms.size()); ++e)
-        if (terms[e].body == b) {
-          found = true;
-          at = terms[e].at;
-        }
-      if (!found) {
-        at = J.size();
-        J.resize(at + 3 * m, 0.0);
-        Y.resize(at + 3 * m, 0.0);
-        terms.push_back({b, m, offset[b], at});
-      }
-      for (int j = 0; j < m; ++j) {
-        // A held degree of freedom moves with v_hat whatever the impulses: its share belongs to the bias.
-        const bool held = !(B[j * m + j] > 0);
-        for (int i = 0; i < 3; ++i) {
-          if (held)
-            t.bias[i] += from[3 * j + i] * v_hat[offset[b] + j];
-          else
-            J[at + i * m + j] += from[3 * j + i];
-        }
-      }
+      const int b = active_[problem.terms[k].body];
+      if (std::any_of(terms.begin() + t.first, terms.end(), [&](const TouchTerm& known) { return known.body == b; })) continue;
+      terms.push_back({b, ndof[b], offset[b], at});
+      at += 3 * static_cast<std::size_t>(ndof[b]);
     }
     t.count = static_cast<int>(terms.size()) - t.first;
-    t.W = t.compliance.asDiagonal();
-    for (int k = t.first; k < t.first + t.count; ++k) {
-      const TouchTerm& term = terms[k];
-      const int m = term.n;
-      const double* B = mass_inverse.data() + matrix[term.body];
-      for (int i = 0; i < 3; ++i) {
-        const double* j = J.data() + term.at + i * m;
-        double* y = Y.data() + term.at + i * m;
-        for (int q = 0; q < m; ++q) y[q] = 0;
-        for (int q = 0; q < m; ++q)
-          for (int r = 0; r < m; ++r) y[r] += B[q * m + r] * j[q];
-      }
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j) {
-          double sum = 0;
-          for (int q = 0; q < m; ++q) sum += J[term.at + i * m + q] * Y[term.at + j * m + q];
-          t.W(i, j) += sum;
-        }
-    }
-    t.w = t.W.trace() / 3;
-    if (t.w > 0) {
-      Mat3 safe = t.W;
-      safe.diagonal().array() += 1e-12 * t.w;
-      t.W_inverse = safe.inverse();
-    } else {
-      t.W_inverse.setZero();
-    }
   }
+  J.resize(at);
+}
+
+/// Jacobians, bias and Delassus block of one contact.
+void System::fill(const ContactProblem& problem, int contact) {
+  Touch& t = touch[contact];
+  const ProblemContact& source = problem.contacts[contact];
+  t.bias = source.bias;
+  t.compliance = source.compliance;
+  t.W = t.compliance.asDiagonal();
+  for (int e = t.first; e < t.first + t.count; ++e) std::fill_n(J.data() + terms[e].at, 3 * static_cast<std::size_t>(terms[e].n), 0.0);
+  for (int k = source.first_term; k < source.first_term + source.terms; ++k) {
+    const ContactTerm& from = problem.terms[k];
+    int e = t.first;
+    while (body[terms[e].body] != from.body) ++e;
+    const int m = terms[e].n;
+    const double *j = problem.jacobians.data() + from.jacobian, *rest = held.data() + terms[e].v;
+    double* to = J.data() + terms[e].at;
+    for (int q = 0; q < m; ++q)
+      for (int i = 0; i < 3; ++i) {
+        to[i * m + q] += j[3 * q + i];
+        t.bias[i] += j[3 * q + i] * rest[q];
+      }
+  }
+  for (int e = t.first; e < t.first + t.count; ++e) {
+    const int m = terms[e].n;
+    const double* M = root.data() + matrix[terms[e].body];
+    double* row = J.data() + terms[e].at;
+    for (int c = 0; c < m; ++c) {   // column c of J M needs columns c and beyond of J
+      Vec3 sum = Vec3::Zero();
+      for (int q = c; q < m; ++q)
+        for (int i = 0; i < 3; ++i) sum[i] += row[i * m + q] * M[c * m + q];
+      for (int i = 0; i < 3; ++i) row[i * m + c] = sum[i];
+    }
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k <= i; ++k) {
+        double sum = 0;
+        for (int q = 0; q < m; ++q) sum += row[i * m + q] * row[k * m + q];
+        t.W(i, k) += sum;
+        if (k < i) t.W(k, i) += sum;
+      }
+  }
+  t.w = t.W.trace() / 3;
+  t.slip = t.w > 0 ? eliminate_normal(t.W) : Eliminated{};
+}
+
+void System::assemble(const ContactProblem& problem, bool exact_coulomb) {
+  number(problem, exact_coulomb);
+  in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
+    for (int b = from; b < to; ++b) take_body(problem, b);
+  });
+  in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) fill(problem, i);
+  });
   list();
 }
 

@@ -1,14 +1,21 @@
-/// The contact problem in the form the algorithms share: only touched bodies, contiguous Jacobians, local Delassus blocks.
+/// The contact problem in the form the algorithms share: only touched bodies, contiguous Jacobians, local Delassus blocks, and velocities in which
+/// every mass is one. With A^-1 = M M^T per body and the true velocities M v,
 ///
-///   u_i = J_i v + b_i,     v(p) = v_hat + A^-1 J^T p,     W_i = J_i A^-1 J_i^T + R_i
+///   u_i = J_i v + b_i,     v(p) = v_hat + J^T p,     W_i = J_i J_i^T + R_i
 ///
-/// symbol   meaning                                                     unit        shape
-/// J, Y     Jacobian and J A^-1 of a term, row major                    1, 1/kg     3 x ndof
-/// W_i      local Delassus block with the compliance                    1/kg        3 x 3
-/// w_i      its scale, trace / 3; turns impulses into velocities        1/kg        1
+/// so that one Jacobian both reads velocities and takes impulses. What no impulse changes (a held direction: its row and column of A^-1 are zero) has
+/// no column in J; its velocity belongs to the bias.
+///
+/// symbol   meaning                                                     unit             shape
+/// v        M^-1 of the velocities; v_hat: without impulses             m/s kg^1/2       ndof per body
+/// J        Jacobian of a term times M, row major                       kg^-1/2          3 x ndof
+/// b_i      bias, and what held directions move                         m/s              3
+/// W_i      local Delassus block with the compliance                    1/kg             3 x 3
+/// w_i      its scale, trace / 3; turns impulses into velocities        1/kg             1
 #pragma once
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "contact/problem.hpp"
@@ -17,6 +24,17 @@
 
 namespace talus::contact::detail {
 
+/// W_i without its normal impulse, which keeps u_n = 0: what a contact that slips or sticks solves in its plane.
+///
+///   n = -k q_n - c . p_t,   u_t = S p_t + q_t - c q_n,      k = 1 / W_nn,  c = W_nt / W_nn,  S = W_tt - W_tn W_nt / W_nn
+struct Eliminated {
+  double k = 0;
+  double c1 = 0, c2 = 0;
+  double s11 = 0, s12 = 0, s22 = 0;
+  double i11 = 0, i12 = 0, i22 = 0;   // S^-1
+};
+Eliminated eliminate_normal(const Mat3& W);
+
 struct Touch {
   int id = 0;               // contact of the problem
   int first = 0, count = 0; // into terms
@@ -24,7 +42,8 @@ struct Touch {
   double w = 0;
   double shift = 0;         // added to the normal velocity: De Saxce, when it is held fixed
   Vec3 bias, compliance;
-  Mat3 W, W_inverse;
+  Mat3 W;
+  Eliminated slip;          // the same with the normal part eliminated
 };
 
 /// What a range of a parallel loop holds at least.
@@ -37,23 +56,24 @@ struct TouchTerm {
   int body = 0;          // active body
   int n = 0;             // its ndof
   int v = 0;             // its offset in the active velocities
-  std::size_t at = 0;    // of J and Y in the pools
+  std::size_t at = 0;    // of J in the pool
 };
 
-/// One contact of a body: its term's place in J and Y.
-struct TouchOfBody { int contact; std::size_t at; };
+/// One contact of a body: its term's place in J.
+struct TouchOfBody { int contact; std::uint32_t at; };
 
 struct System {
   // active bodies
   std::vector<int> body, ndof, offset;
-  std::vector<std::size_t> matrix;             // offset of A in `mass`
-  std::vector<double> mass, mass_inverse;      // fixed degrees of freedom replaced by a unit row without Jacobian
+  std::vector<std::size_t> matrix;             // offset of M in `root`
+  std::vector<double> root;                    // M, lower triangular, column major
   std::vector<double> v_hat;
+  std::vector<double> held;                    // what M v leaves of the velocities: those of held directions
   int n = 0;                                   // active degrees of freedom
   // contacts
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
-  std::vector<double> J, Y;
+  std::vector<double> J;
   std::vector<int> first_of_body;              // into of_body, one more than bodies
   std::vector<TouchOfBody> of_body;            // ascending contacts of every body
   VisitingOrder order;
@@ -65,12 +85,12 @@ struct System {
 
   /// J_i x for the stacked velocities x.
   Vec3 relative(const Touch& t, const double* x) const;
-  /// x += Y_i^T p: the velocity change an impulse makes.
+  /// x += J_i^T p: the velocity change an impulse makes.
   void push(const Touch& t, const Vec3& p, double* x) const;
-  /// v = v_hat + A^-1 J^T p.
+  /// v = v_hat + J^T p.
   void velocities(const std::vector<Vec3>& p, std::vector<double>& v) const;
-  /// y = A x, and x^T A x.
-  double apply_mass(const double* x, double* y) const;
+  /// The velocities M v of the bodies that are touched, into problem.v.
+  void write(const std::vector<double>& v, ContactProblem& problem) const;
   /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
   /// Round-off of the contact velocity, 16 machine epsilons of the reach of the bodies it touches, at most 1e-7 m/s (impulses
@@ -84,6 +104,10 @@ struct System {
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
 
  private:
+  void number(const ContactProblem& problem, bool exact_coulomb);
+  void take_body(const ContactProblem& problem, int active);
+  void fill(const ContactProblem& problem, int contact);
+
   mutable std::vector<double> reach_, of_contact_;
   std::vector<int> active_;  // problem body -> active body or -1
 };

@@ -107,9 +107,11 @@ class IslandStepper {
   void keep_late_overlaps();
   void carry_at_structures(const std::vector<Pose>& before);
   void look(std::size_t pair);
+  void leave_out(std::size_t pair);
   void each_pair(const std::function<void(std::size_t)>& use) const;   // in any order, on several threads where it pays
   void gather_touches();
   void carry();
+  void carry_out_of_reach();
   double reach(int block, double h) const;
   double approach_reach(const CandidatePair& pair, double h) const;
   bool in_heap() const { return static_cast<int>(island_->blocks.size()) > settings_.event_blocks && island_->structures.empty(); }
@@ -235,6 +237,7 @@ class IslandStepper {
   std::vector<std::vector<Touch>> touches_of_;   // per pair, before internal edges were dropped
   std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
+  std::vector<double> left_out_;          // per pair: least gap of the features within its margin that are not among the touches, since they cannot close [m]
   std::vector<LooseSpring> loose_;        // springs that vanished loaded since the last step
   bool released_ = false;                 // their energy was given back
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges

@@ -142,6 +142,10 @@ IslandStepper::Crossing IslandStepper::crossing() {
       k.apart = std::min(k.apart, touches_[t].at.gap);
       ++k.count;
     }
+    if (std::isfinite(left_out_[i])) {
+      k.any = k.open = true;
+      k.apart = std::min(k.apart, left_out_[i]);
+    }
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
     // unforeseen starts unloaded where it is.
     k.listed = k.listed || (k.any && moving_skin(pair.a));
@@ -173,10 +177,16 @@ IslandStepper::Crossing IslandStepper::crossing() {
 void IslandStepper::look_ahead(const Crossing& met) {
   bool any = false;
   for (std::size_t i = 0; i < ahead_.size(); ++i) {
-    if (ahead_[i] != 0 && touches_of_[i].empty()) {
+    if (ahead_[i] != 0 && (touches_of_[i].empty() || std::isfinite(left_out_[i]))) {
       margins_[i] = std::max(margins_[i], ahead_[i]);
-      find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, touches_of_[i]);
-      any = any || !touches_of_[i].empty();
+      left_out_[i] = std::numeric_limits<double>::infinity();
+      std::vector<Touch> all;
+      find_touches(model_, state_, env_, island_->pairs[i], margins_[i], history_, all);
+      for (Touch& t : all) {
+        if (std::ranges::any_of(touches_of_[i], [&](const Touch& known) { return known.at.key == t.at.key; })) continue;
+        touches_of_[i].push_back(std::move(t));
+        any = true;
+      }
     }
     for (const Touch& feature : met.features[i]) {
       auto& list = touches_of_[i];

@@ -58,6 +58,7 @@ void IslandStepper::find(double h, bool at_start) {
   const std::size_t pairs = island_->pairs.size();
   touches_of_.resize(pairs);
   margins_.resize(pairs);
+  left_out_.resize(pairs);
   each_pair([this](std::size_t i) { look(i); });
   touches_at_surfaces_.clear();
   for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_at_surfaces_);
@@ -89,6 +90,7 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
       searched.store(true, std::memory_order_relaxed);
     } else {
       margins_[i] -= moved;
+      left_out_[i] -= moved;
       carry_pair(i, last);
     }
   });
@@ -188,10 +190,12 @@ void IslandStepper::look(std::size_t i) {
   margin += env_.bond_stretch;
   margins_[i] = margin;
   touches_of_[i].clear();
+  left_out_[i] = std::numeric_limits<double>::infinity();
   if (far_apart(model_, state_, pair, margin)) return;
   if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
     watches_[i].forget();
     find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
+    if (in_heap()) leave_out(i);
     return;
   }
   thread_local std::vector<FoundPoint> points;
@@ -199,6 +203,16 @@ void IslandStepper::look(std::size_t i) {
   const double ahead = reach(pair.b, found_for_) + (pair.a.kind == Partner::Kind::block ? reach(pair.a.index, found_for_) : 0.0);
   watches_[i].look(model_, state_, env_, pair, margin, ahead, skin_travel_, points);
   make_touches(model_, state_, env_, pair, points, history_, touches_of_[i]);
+}
+
+/// Most touches of a heap can neither close within the reach nor come near enough to be rows: of those the least gap alone is kept.
+void IslandStepper::leave_out(std::size_t i) {
+  const double h = found_for_, fall = h * h * model_.gravity.norm();
+  std::erase_if(touches_of_[i], [&](const Touch& t) {
+    if (t.stiffness > 0 || t.persistent || t.glued || std::min(t.at.gap, t.at.gap + h * t.approach - fall) < row_reach()) return false;
+    left_out_[i] = std::min(left_out_[i], t.at.gap);
+    return true;
+  });
 }
 
 /// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
@@ -215,13 +229,19 @@ void IslandStepper::carry() {
     carry_springs(pair, touches, memory, leapfrog(), loose_);
     if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
   }
-  // Springs at partners that are out of reach.
+  carry_out_of_reach();
+}
+
+/// Springs at partners that are out of reach.
+void IslandStepper::carry_out_of_reach() {
+  const auto loaded = [](const ContactMemory& m) { return m.normal_energy > 0; };
+  if (std::none_of(bodies_.begin(), bodies_.end(), [&](const Body& b) { return std::ranges::any_of(history_[static_cast<std::size_t>(b.block)], loaded); })) return;
   std::vector<std::pair<int, std::uint64_t>> known;
   for (const CandidatePair& pair : island_->pairs) known.emplace_back(pair.b, pair.a.id());
   std::sort(known.begin(), known.end());
   for (const Body& b : bodies_)
     for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
-      if (!(m.normal_energy > 0) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner))) continue;
+      if (!loaded(m) || std::binary_search(known.begin(), known.end(), std::pair(b.block, m.partner))) continue;
       const Partner a{static_cast<Partner::Kind>(m.partner >> 32), static_cast<int>(m.partner & 0xffffffff)};
       const auto index = static_cast<std::size_t>(a.index);
       const bool here = a.kind != Partner::Kind::block || local_[index] >= 0 || model_.blocks[index].ndof() == 0;

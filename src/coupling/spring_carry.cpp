@@ -114,6 +114,7 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
   const std::uint64_t partner = pair.a.id();
   for (const ContactMemory& m : memory)
     if (m.partner == partner && m.feature != born_inside) all.push_back(&m);
+  if (springs.empty() && std::none_of(all.begin(), all.end(), [](const ContactMemory* m) { return m->normal_energy > 0; })) return;   // hard, as most are
   lost = all;
   for (Spring& p : springs) {
     const auto found = std::find_if(all.begin(), all.end(), [&](const ContactMemory* m) { return m->feature == p.touch->at.key; });

@@ -47,13 +47,20 @@ class EdgeFilter {
  public:
   EdgeFilter(const dda::Model& m, const dda::State& s, const Environment& env, double flush, const std::vector<Touch>& touches)
       : model_(m), state_(s), env_(env), flush_(flush), touches_(touches), dropped_(touches.size(), 0) {
-    for (std::size_t i = 0; i < touches.size(); ++i) {
-      const Touch& t = touches[i];
-      if (t.at.gap > flush || (t.stiffness == 0 && t.at.gap < -flush)) continue;   // pressed into each other, no plane parts them
-      resting_.emplace_back(t.b, i);
-      if (t.a.kind == Partner::Kind::block) resting_.emplace_back(t.a.index, i);
-    }
-    std::sort(resting_.begin(), resting_.end());
+    const auto each_side = [&](auto&& use) {
+      for (std::size_t i = 0; i < touches.size(); ++i) {
+        const Touch& t = touches[i];
+        if (t.at.gap > flush || (t.stiffness == 0 && t.at.gap < -flush)) continue;   // pressed into each other, no plane parts them
+        if (t.b >= 0) use(static_cast<std::size_t>(t.b), i);
+        if (t.a.kind == Partner::Kind::block) use(static_cast<std::size_t>(t.a.index), i);
+      }
+    };
+    first_.assign(m.blocks.size() + 1, 0);
+    each_side([&](std::size_t block, std::size_t) { ++first_[block + 1]; });
+    for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
+    resting_.resize(first_.back());
+    std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
+    each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = i; });
   }
 
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
@@ -73,9 +80,9 @@ class EdgeFilter {
 
   /// True if block q of t rests on a plane that parts it from the other body of t.
   bool slides(const Touch& t, int q) const {
-    for (auto i = std::lower_bound(resting_.begin(), resting_.end(), std::pair(q, std::size_t{0})); i != resting_.end() && i->first == q; ++i) {
-      if (dropped_[i->second] != 0) continue;
-      const Touch& s = touches_[i->second];
+    for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
+      if (dropped_[resting_[k]] != 0) continue;
+      const Touch& s = touches_[resting_[k]];
       if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q)) return true;
     }
     return false;
@@ -108,7 +115,7 @@ class EdgeFilter {
   double flush_;
   const std::vector<Touch>& touches_;
   std::vector<char> dropped_;
-  std::vector<std::pair<int, std::size_t>> resting_;   // block, one of its contacts; sorted
+  std::vector<std::size_t> first_, resting_;   // contacts of every block, ascending, from first_[block] on
 };
 
 }  // namespace
