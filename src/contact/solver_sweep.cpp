@@ -6,6 +6,48 @@
 
 namespace talus::contact::detail {
 
+namespace {
+
+/// Slip under exact Coulomb with u_n = 0: the direction d of p_t = g d by Newton's method on its angle, g the bound that d leaves.
+///
+///   g (1 + mu c . d) = cohesion - mu k q_n,   (g S d + r) x d = 0,   (g S d + r) . d <= 0,      r = q_t - c q_n
+///
+/// From the direction of `start`, else against r. False where it does not settle, or the contact would open.
+bool slip_direction(const Touch& t, const Vec3& q, const Vec3& start, double change, Vec3& p) {
+  const Eliminated& e = t.slip;
+  const double mu = t.law.mu, most = t.law.cohesion - mu * e.k * q.x();
+  const double r1 = q.y() - e.c1 * q.x(), r2 = q.z() - e.c2 * q.x();
+  const double before = length(start.y(), start.z()), away = length(r1, r2);
+  if (!(before > 0 || away > 0)) return false;
+  double x = before > 0 ? start.y() / before : -r1 / away, y = before > 0 ? start.z() / before : -r2 / away;
+  for (int k = 0; k < 10; ++k) {
+    const double lever = 1 + mu * (e.c1 * x + e.c2 * y);
+    if (!(lever > 0)) return false;
+    const double g = most / lever, along_lever = mu * (e.c2 * x - e.c1 * y) / lever;
+    const double S1 = e.s11 * x + e.s12 * y, S2 = e.s12 * x + e.s22 * y;                      // S d
+    const double across = S2 * x - S1 * y, along = S1 * x + S2 * y;                           // its parts across d and along it
+    const double turned = e.s11 * y * y - 2 * e.s12 * x * y + e.s22 * x * x;                  // of S times the normal to d, across
+    const double off = g * across + r2 * x - r1 * y, slides = g * along + r1 * x + r2 * y;
+    const double slope = g * (turned - along_lever * across) - slides;
+    if (!(slope > 0)) {
+      if (k > 0 || !(away > 0)) return false;
+      x = -r1 / away;
+      y = -r2 / away;
+      continue;
+    }
+    const double turn = std::clamp(-off / slope, -1.0, 1.0), shorter = 1 / std::sqrt(1 + turn * turn), before_x = x;
+    x = (x - turn * y) * shorter;
+    y = (y + turn * before_x) * shorter;
+    if (std::abs(turn) > change) continue;
+    const double bound = most / (1 + mu * (e.c1 * x + e.c2 * y));
+    p = Vec3(-e.k * q.x() - bound * (e.c1 * x + e.c2 * y), bound * x, bound * y);
+    return slides <= 0 && bound >= 0 && p.x() > t.law.floor;
+  }
+  return false;
+}
+
+}  // namespace
+
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy accuracy) {
   const Law& law = t.law;
   const Eliminated& e = t.slip;
@@ -22,6 +64,7 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& start, SlipAccuracy ac
   }
   Vec3 p = start, next;
   if (law.exact) {
+    if (accuracy.by_direction && slip_direction(t, q, start, accuracy.change, next)) return next;
     // Slip: normal and tangential in turn. The tangential step is a projected gradient step with the largest eigenvalue.
     const double a = t.W(1, 1), b = t.W(2, 2), c = t.W(1, 2);
     const double wt = 0.5 * (a + b) + length(0.5 * (a - b), c);

@@ -7,9 +7,10 @@
 namespace talus::contact::detail {
 
 /// How closely the slip of one contact is solved: normal and tangential part in turn, until neither changes by more than this part of them.
-struct SlipAccuracy { int iterations; double change; };
-constexpr SlipAccuracy swept{4, 1e-4};        // by sweeps, which come back
-constexpr SlipAccuracy visited{30, 1e-6};     // by visits: a contact left half solved would not be visited again
+/// `by_direction`: by Newton's method on the direction first, up to so small a turn [rad].
+struct SlipAccuracy { int iterations; double change; bool by_direction; };
+constexpr SlipAccuracy swept{4, 1e-4, false};      // by sweeps, which come back
+constexpr SlipAccuracy visited{30, 1e-6, true};    // by visits: a contact left half solved would not be visited again
 
 /// One contact: the impulse that solves its own Coulomb problem to a few digits, starting from p.
 Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& p, SlipAccuracy accuracy = swept);
