@@ -91,14 +91,21 @@ class IslandStepper {
   bool refused(Trial& trial, const Outcome& outcome);
   bool shortened(Trial& trial);
   bool met_others(Trial& trial);
+  bool cut_at_settling(Trial& trial);
   bool cut_at_stop(Trial& trial);
   int stopped_touch(const Trial& trial) const;
+  Vec3 parting(const Touch& touch) const;
   bool breaks(const Touch& touch) const;
   bool cut_at_break(Trial& trial);
   bool may_shorten(const Trial& trial) const;
   bool gains_energy() const;
   double error_limit() const { return 0.1 * settings_.accuracy; }   // between the last two passes of a step, relative to block size
   Vec3 slip(const Touch& touch, const Vec3& at) const;
+  // island_swing.cpp
+  void begin_swing(bool lumped);
+  bool swing(bool first_pass);
+  Eigen::Vector2d slip_at_end(const Touch& touch) const;
+  double swing_error(double h) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
   void find(double h, bool at_start = true);
   void find_moved(const std::vector<Pose>& last, std::vector<double>& carried);
@@ -122,6 +129,9 @@ class IslandStepper {
   bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
+  double near_gap() const { return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_); }   // within which what moves slower than slow_speed() is in contact [m]
+  double slow_speed() const;
+  bool event_driven() const { return static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
 
   // island_impact.cpp
@@ -242,6 +252,7 @@ class IslandStepper {
   bool released_ = false;                 // their energy was given back
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   std::vector<double> ahead_;             // per pair: it was met by a solution of this step, whose bodies moved so far: its touches are rows [m]; 0: not
+  bool settling_ = false;                 // a step in which what parted slowly comes back: held where it is
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
   struct Seen { int block; Vec3 c; Quat q; };
   std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen

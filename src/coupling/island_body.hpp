@@ -68,7 +68,6 @@ struct IslandStepper::Trial {
   bool adaptive = false;             // event driven, its length by error control
   int passes = 1;
   int releases = 0, cuts = 0, halved = 0, refined = 0;
-  std::vector<Vec3> slip_before;     // per touch at the start [m/s]
   int stopping = -1;                 // touch whose sliding stops within the step
   bool stop_located = false;
   double asked = 0;                  // first length tried [s]

@@ -228,9 +228,11 @@ bool IslandStepper::locate_event(double& h, int passes) {
   const auto swapped = [&](const Touch& t) {
     return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < -10 * touch_gap();
   };
-  double rate = 0;
+  // Nor is what comes on slowly an onset, while it is near.
+  const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };
+  double rate = 0, before = 0;
   const auto worst_onset = [&](double step) {
-    // Deepest new touch at the end of the step, and its approach velocity.
+    // Deepest new touch at the end of the step, its approach velocity, and its gap before.
     std::vector<Touch> keep;
     keep.swap(touches_);
     found_for_ = -1;
@@ -238,9 +240,10 @@ bool IslandStepper::locate_event(double& h, int passes) {
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
-      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !swapped(t)) {
+      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t) && !swapped(t)) {
         gap = t.at.gap;
         rate = t.approach;
+        before = gap_before(t);
       }
     touches_.swap(keep);
     found_for_ = -1;
@@ -269,6 +272,13 @@ bool IslandStepper::locate_event(double& h, int passes) {
     bool bracketed = gap < passed;
     const double sure = s <= 1 ? std::max(s, 1e-12) * step : 0;
     double low = 0, high = step, trial = s <= 1 ? sure : step + gap / -rate;
+    // Between an end still apart and one that is past, the gap is taken for the parabola of both gaps and the rate at the end past.
+    double apart = bracketed ? before : 0, past = gap, closing = rate;
+    const auto on_parabola = [&] {
+      const double width = high - low, bend = (apart - past + closing * width) / (width * width);
+      return high - 2 * past / (closing - std::sqrt(std::max(0.0, closing * closing - 4 * bend * past)));
+    };
+    if (bracketed && apart > 0) trial = std::max(on_parabola(), sure);
     bool met = false;
     for (int iteration = 0; iteration < 12; ++iteration) {
       if (!(trial > low && trial < high)) {
@@ -280,8 +290,12 @@ bool IslandStepper::locate_event(double& h, int passes) {
       met = std::abs(gap) <= onset_tolerance || high - low < 1e-15 * h;
       if (met || (!bracketed && !std::isfinite(gap))) break;
       bracketed = bracketed || gap < 0;
-      (gap > 0 ? low : high) = trial;
-      trial = std::isfinite(gap) ? trial + gap / -rate : 0.5 * (low + high);
+      if (gap > 0) {
+        low = trial, apart = gap;
+      } else {
+        high = trial, past = gap, closing = rate;
+      }
+      trial = bracketed && std::isfinite(apart) && apart > 0 && closing < 0 ? on_parabola() : std::isfinite(gap) ? trial + gap / -rate : 0.5 * (low + high);
     }
     if (met || bracketed) {
       step = step_length_;

@@ -6,12 +6,15 @@
 
 namespace talus::coupling {
 
+/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor is a parting as slow [m/s].
+double IslandStepper::slow_speed() const { return 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_); }
+
 double IslandStepper::impact_speed(const Touch& t) const {
   // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last
-  // step moves at its normal only by what the step's own error leaves; a bounce too low for the accuracy asked for is none.
+  // step moves at its normal only by what the step's own error leaves.
   if (t.persistent) return 1e-4 * speed_;
   if (!t.law->restitution) return 1e-9 * speed_;
-  return std::max(1e-10 * speed_, 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_));
+  return std::max(1e-10 * speed_, slow_speed());
 }
 
 bool IslandStepper::meets_hard(const Touch& t) const {
@@ -77,7 +80,7 @@ bool IslandStepper::impact_stage() {
   for (Touch& t : touches_) {
     t.row = -1;
     if (!meets_hard(t)) continue;
-    if (t.approach < -impact_speed(t)) {
+    if (t.approach < -impact_speed(t) && !(t.bond() > 0)) {   // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
     }

@@ -259,6 +259,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   }
   if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
     shear_row(t, c, h, with_structure && condensed_ && t.mode == Mode::spring_end ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
+  t.slip_row = t.frame.rightCols<2>().transpose() * (carrier != nullptr ? Vec3(carrier->half_turn * t.slip) : t.slip);
+  if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts.push_back(c);
 }
@@ -267,7 +269,6 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   problem_.clear();
   nodes_.clear();
   held_.clear();
-  const double touch_gap = 1e-7 * length_;
   std::size_t pair = 0;   // touches follow the order of the pairs
   for (Touch& t : touches_) {
     t.row = -1;
@@ -279,13 +280,11 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
         t.mode = t.spring;
       } else if (at_structure) {
         if (t.at.gap + h * t.approach < 0.02 * length_) t.mode = Mode::end;
-      } else if (t.at.gap <= touch_gap) {
-        const double resting = lumped         ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_
-                               : t.persistent ? 1e-4 * speed_
-                                              : 1e-9 * speed_;
+      } else if (t.at.gap <= touch_gap() || (!lumped && t.at.gap <= near_gap() && std::abs(t.approach) <= slow_speed())) {
+        const double resting = lumped ? 1e-3 * model_.gravity.norm() * h + 1e-9 * speed_ : std::max(slow_speed(), (t.persistent ? 1e-4 : 1e-9) * speed_);
         if (t.approach > resting)
           t.mode = lumped ? Mode::end : Mode::idle;
-        else if (t.approach < -resting && lumped)
+        else if ((t.approach < -resting && lumped) || (settling_ && t.approach > 0))
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;

@@ -26,7 +26,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
 
 IslandReport IslandStepper::run(double t, double duration) {
   const bool with_structure = !island_->structures.empty();
-  const bool small = static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && !with_structure;
+  const bool small = event_driven();
   double done = 0;
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t);

@@ -67,7 +67,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= 60, still = fastest() < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = problem_.contacts.size() <= 60 || event_driven(), still = fastest() < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   contact::SolveSettings settings = solve_settings(h, effort, small, still);
   Counters& n = report_.counters;
   const auto attempt = [&] {
@@ -119,6 +119,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   choose_springs(h, lumped);
   to_half_steps(h);
   begin_step(h, false);
+  begin_swing(lumped);
   pending_ = Ledger{};
   // Contacts of a block at rest are linearised where it is: what can stand is then found to stand, however long the step.
   for (Body& b : bodies_) {
@@ -153,7 +154,8 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     apply(h);
     if (!finite()) return out;
     if (problem_.contacts.empty()) break;
-    const bool met = solved && laws_met(h);
+    const bool swung = swing(pass == 0);
+    const bool met = solved && swung && laws_met(h);
     double error = 0;
     for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {
       const auto k = static_cast<std::size_t>(bodies_[i].block);
@@ -173,6 +175,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       linearise_at(b, state_.q[k]);
     }
   }
+  out.error = std::max(out.error, swing_error(h));
   if (!island_->structures.empty()) collect_node_impulses();
   to_full_steps(h);
   book(h);

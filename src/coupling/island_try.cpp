@@ -19,9 +19,8 @@ bool IslandStepper::take(Trial& trial) {
   trial.adaptive = !trial.lumped && settings_.fixed_step <= 0;
   trial.asked = trial.h;
   save();
+  settling_ = false;
   ahead_.assign(island_->pairs.size(), 0.0);
-  if (trial.adaptive && trial.closed)
-    for (const Touch& touch : touches_) trial.slip_before.push_back(slip(touch, touch.at.point_b));
   for (;;) {
     if (stopped()) {
       report_.stopped = true;
@@ -47,7 +46,7 @@ bool IslandStepper::take(Trial& trial) {
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
       const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;
-      if (trial.breaks > 0) suggested_ = std::max(suggested_, trial.asked);   // short for its bond's sake
+      if (trial.breaks > 0 || settling_) suggested_ = std::max(suggested_, trial.asked);   // short for its bond's sake, or for a bounce's
     }
     return true;
   }
@@ -91,7 +90,7 @@ bool IslandStepper::shortened(Trial& trial) {
     restore();
     return true;
   }
-  if (cut_at_break(trial)) return true;
+  if (cut_at_break(trial) || cut_at_settling(trial)) return true;
   return cut_at_stop(trial);
 }
 
@@ -107,18 +106,25 @@ bool IslandStepper::met_others(Trial& trial) {
   return true;
 }
 
+/// Velocity of a touch's row by the solution, bias included, in its frame [m/s].
+Vec3 IslandStepper::parting(const Touch& t) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  Vec3 u = c.bias;
+  for (int k = 0; k < c.terms; ++k) {
+    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
+    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
+    u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
+  }
+  return u;
+}
+
 /// True if this touch was bonded and its bond does not hold by the solution. A hard one: the two move on each other; many that share a load may
 /// have the most that they can bear and still hold.
 bool IslandStepper::breaks(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   if (t.broken || !(c.cohesion > 0 || c.tension > 0)) return false;
   if (t.stiffness > 0) return gives_way(t);
-  Vec3 moves = c.bias;
-  for (int k = 0; k < c.terms; ++k) {
-    const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-    const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-    moves += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem_.v.data() + body.offset, body.ndof);
-  }
+  const Vec3 moves = parting(t);
   return std::max(moves[0], moves.tail<2>().norm()) > 1e-9 * speed_;
 }
 
@@ -132,6 +138,20 @@ bool IslandStepper::cut_at_break(Trial& trial) {
   if (found && broken) return false;
   restore();
   trial.h = found ? trial.breaks : 0.5 * (trial.holds + trial.breaks);
+  return true;
+}
+
+/// What parts too slowly for a bounce, and is pressed by the solution, comes back within the step. The trapezoid would leave it open by half of its
+/// speed times the step: a step about as long as the bounce holds it where it is.
+bool IslandStepper::cut_at_settling(Trial& trial) {
+  if (settling_ || !may_shorten(trial)) return false;
+  double fastest = 0;   // what was pressed before is closed again soon
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.mode == Mode::closed && !t.persistent && t.impulse[0] > 0 && 0.5 * t.approach * trial.h > 1e-2 * touch_gap()) fastest = std::max(fastest, t.approach);
+  if (fastest == 0) return false;
+  restore();
+  settling_ = true;
+  trial.h = std::min(trial.h, std::max(4 * fastest / model_.gravity.norm(), 10 * settings_.min_step));
   return true;
 }
 
@@ -149,7 +169,7 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
   trial.stop_located = true;
   const Touch& touch = touches_[static_cast<std::size_t>(trial.stopping)];
   const Body& b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(touch.b)])];
-  const Vec3 from = trial.slip_before[static_cast<std::size_t>(trial.stopping)];
+  const Vec3 from = touch.slip;
   const Pose now = dda::pose(state_, touch.b);
   const double left = slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) / from.squaredNorm();
   if (!(left > 0.05 && left < 1)) return false;
@@ -161,14 +181,14 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
 /// The touch that slid farthest at the start and sticks by the solution, if that matters; -1: none.
 int IslandStepper::stopped_touch(const Trial& trial) const {
   int stopped = -1;
-  double longest = error_limit() * length_;   // what sliding on would add at most
+  double longest = std::max(1e-2 * error_limit(), std::min(error_limit(), 1e-9)) * length_;   // what sliding on would add at most; to locate a stop costs little, down to round-off
   for (std::size_t i = 0; i < touches_.size(); ++i) {
     const Touch& touch = touches_[i];
     const bool trapezoid = touch.mode == Mode::closed || (touch.mode == Mode::spring_mean && touch.shear_stiffness == 0);
     if (touch.row < 0 || !trapezoid || !(touch.impulse[0] > 0)) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(touch.row)];
     const bool sticks = touch.impulse.tail<2>().norm() < (c.friction * touch.impulse[0] + c.cohesion) * (1 - 1e-9);
-    const double path = 0.5 * trial.h * trial.slip_before[i].norm();
+    const double path = 0.5 * trial.h * touch.slip.norm();
     if (!sticks || path <= longest) continue;
     longest = path;
     stopped = static_cast<int>(i);
@@ -180,14 +200,15 @@ bool IslandStepper::may_shorten(const Trial& trial) const { return trial.h > 10 
 
 /// True if the step just computed made more energy than the accuracy allows of what the island moves and stores: its error, and order 2 or better.
 bool IslandStepper::gains_energy() const {
-  double scale = 0;
+  double scale = 0, round_off = 0;
   for (const Body& b : bodies_) {
     const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+    round_off += 1e-14 * mass * (speed_ * speed_ + model_.gravity.norm() * (length_ + b.start.c.norm()));
     scale += 0.5 * mass * b.v0.head<3>().squaredNorm() + b.internal0 + 0.1 * settings_.accuracy * mass * model_.gravity.norm() * length_;
   }
   for (const Touch& t : touches_)
     if (t.row >= 0) scale += t.stored;
-  return -pending_.algorithmic > 0.05 * settings_.accuracy * scale;
+  return -pending_.algorithmic > 0.05 * settings_.accuracy * scale + round_off;
 }
 
 }  // namespace talus::coupling

@@ -62,6 +62,9 @@ struct Touch {
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
   bool rolls = false;            // it resists rolling
+  Vec3 slip = Vec3::Zero();      // at the start of the step, of what presses by the trapezoid in a step of events, world [m/s]
+  Eigen::Vector2d slip_row = Eigen::Vector2d::Zero();   // the same along the row's tangents [m/s]
+  bool swings = false;           // it slides through the step: friction opposes the mean of the slips at its start and its end
   bool met = false;              // a solution of this step met it: it is a row
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken [N].

@@ -7,6 +7,7 @@
 #include "geometry/block_output.hpp"
 #include "geometry/mass_properties.hpp"
 #include "geometry/shape.hpp"
+#include "sim/held_points.hpp"
 #include "sim/rock_mass.hpp"
 
 namespace talus::sim {
@@ -78,6 +79,15 @@ dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape,
   return b;
 }
 
+/// A point that stays is one of the block, up to a thousandth of its size: beyond it nothing holds the block to the point.
+void Builder::check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& rotation, const Vec3& x) {
+  const Vec3 at = rotation.transpose() * (x - c), near = nearest_of(*b.shape, at), world = (c + rotation * near).unaryExpr([&](double v) { return std::abs(v) < 1e-9 * b.shape->radius ? 0.0 : v; });
+  const double outside = (near - at).norm();
+  if (outside <= 1e-3 * b.shape->radius) return;
+  problem(fmt::format("block.{}.fixed_points", b.name), fmt::format("[{:g}, {:g}, {:g}]", x.x(), x.y(), x.z()), fmt::format("lies {:.4g} m outside of the block", outside),
+          fmt::format("give points of the block in world coordinates at t = 0; the nearest one of it is [{:.6g}, {:.6g}, {:.6g}]", world.x(), world.y(), world.z()));
+}
+
 void Builder::add_block(const scene::Block& b) {
   try {
     const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
@@ -87,6 +97,7 @@ void Builder::add_block(const scene::Block& b) {
     const Vec3 c = b.position ? *b.position : shape.shift;
     block.fixed = b.fixed;
     for (const Vec3& x : b.fixed_points) {
+      check_held(block, c, b.rotation, x);
       block.fixed_points.push_back(b.rotation.transpose() * (x - c));
       block.fixed_points_world.push_back(x);
     }

@@ -37,6 +37,7 @@ class Builder {
   void push(dda::Model::Block b, const Vec3& c, const Mat3& rotation, const Vec3& v, const Vec3& w);
   dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable);
   void add_block(const scene::Block& b);
+  void check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& rotation, const Vec3& x);
   void add_copies(const scene::Block& b, const Polyhedron& body);
   void add_rock_mass();
   void add_block_system(const scene::RockMass& mass);

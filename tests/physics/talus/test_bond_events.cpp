@@ -1,6 +1,8 @@
 // A bond breaks when its load passes its strength, not at the end of the step that this falls into.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
@@ -23,6 +25,20 @@ TEST(BondEvents, PulledBeyondItsStrengthBreaksAtOnce) {
 }
 
 TEST(BondEvents, PulledBelowItsStrengthHolds) { EXPECT_EQ(fallen(1.02 * density * g, 0.1), 0); }
+
+/// Five deformable blocks hang under a fixed one, each glued to the next: they swing up and down on each other, and what swings is no impact that
+/// bonds of twenty-five times the load would have to bear.
+TEST(BondEvents, ChainOfDeformableBlocksHolds) {
+  SceneText s(Method::by_accuracy(1e-4), 0.45, {1, 0, -g});
+  s.history(5e-3).material("rock", density, "young = 1e9\n").interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 3e6\ntension = 3e6\ndamping_ratio = 0.05");
+  s.box("b0", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
+  for (int i = 1; i < 6; ++i) s.box("b" + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i), "deformable = true\n");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  const double hangs = density * g / 1e9 * (5 * 4.5 - 0.5 * 4.5 * 4.5);   // the last centroid, at rest
+  EXPECT_GT(o.last().position[5].z(), -5 - 2.1 * hangs);
+  EXPECT_LT(o.last().position[5].z(), -5 + 0.1 * hangs);
+}
 
 /// Gravity slants: a cube is held on the ground by cohesion, or slides as if it had never been glued.
 TEST(BondEvents, ShearedBeyondItsStrengthBreaksAtOnce) {

@@ -1,0 +1,62 @@
+// Friction of what slides through a step while its direction turns.
+//
+// Friction against the slip at the end of the step alone is of first order: a block that spins as it slides ends several per cent of its path
+// off, however small the accuracy asked for. Against the mean of the slips at both ends it is of second order, as the trapezoid of the positions.
+#include <algorithm>
+#include <cmath>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+namespace {
+
+/// Whether the positions follow this touch's impulse by the trapezoid, and its friction has no spring.
+bool by_trapezoid(const Touch& t) { return t.mode == Mode::closed || (t.mode == Mode::spring_mean && t.shear_stiffness == 0); }
+
+}  // namespace
+
+void IslandStepper::begin_swing(bool lumped) {
+  for (Touch& t : touches_) {
+    t.swings = false;
+    t.slip = lumped || t.b < 0 || !island_->structures.empty() ? Vec3(Vec3::Zero()) : slip(t, t.at.point_b);
+  }
+}
+
+/// Along the row's tangents by the solution [m/s].
+Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const { return parting(t).tail<2>() - (t.swings ? t.slip_row : Eigen::Vector2d(Eigen::Vector2d::Zero())); }
+
+/// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that turn by less than 60 degrees change to
+/// the mean; what that turns round, or stops, changes back.
+bool IslandStepper::swing(bool first_pass) {
+  bool as_supposed = true;
+  for (Touch& t : touches_) {
+    if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_)) continue;
+    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+    const Eigen::Vector2d end = slip_at_end(t);
+    const bool slides = c.impulse[0] > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+    const bool on = slides && end.dot(t.slip_row) > (first_pass ? 0.5 * end.norm() * t.slip_row.norm() : 0.0);
+    if (on == t.swings) continue;
+    t.swings = on;
+    as_supposed = false;
+  }
+  return as_supposed;
+}
+
+/// What the turning of the slip within the step adds to the error of the path until friction has stopped it, relative to block size.
+double IslandStepper::swing_error(double h) const {
+  double most = 0;
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || !by_trapezoid(t) || !(t.impulse[0] > 0)) continue;
+    const double before = t.slip_row.norm();
+    if (!(before > 1e-6 * speed_)) continue;
+    const Eigen::Vector2d end = slip_at_end(t);
+    const double after = end.norm();
+    if (!(after > 1e-6 * speed_)) continue;
+    const double across = t.slip_row.x() * end.y() - t.slip_row.y() * end.x(), angle = std::atan2(std::abs(across), t.slip_row.dot(end)), sum = before + after;
+    const double off = t.swings ? angle * angle / 24 + angle * std::abs(before - after) / (6 * sum) : angle / 4;
+    most = std::max(most, 0.5 * h * sum * off / length_);
+  }
+  return most;
+}
+
+}  // namespace talus::coupling
