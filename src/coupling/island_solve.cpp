@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "coupling/island_body.hpp"
+#include "coupling/jammed.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -137,6 +138,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     assemble(h, lumped, pass == 0);
     const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
     solved = solve_rolling(h, effort);
+    if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) solved = solve_rolling(h, effort);
     // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a notch would be shot out of it.
     std::vector<int> hard;
     const auto bounces = [&](const Touch& t) { return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 && problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0; };

@@ -7,9 +7,9 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double carried_way = 3e-4;   // of the smaller radius: as far as points of a pair that touches are carried along
+constexpr double carried_way = 1e-3;   // of the smaller radius: as far as points of a pair that touches are carried along
 constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks
-constexpr double skin_ahead = 0.05;    // of the block's radius: vertices of the skin so near are watched one by one
+constexpr double skin_ahead = 0.15;    // of the block's radius: vertices of the skin so near are watched one by one
 
 bool at_skin(const Environment& env, const Partner& a) {
   return a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(a.index)].fixed_surface;
@@ -57,27 +57,35 @@ bool PairWatch::serves(const dda::Model& m, const Environment& env, const Candid
   return false;
 }
 
-/// Bound on how far points of the two have moved against each other since the last search [m].
+/// Bound on how far points of the two have moved against each other since the last search [m]: as seen from A, of a skin's vertices as seen from B, with which
+/// what has come off it flies along.
 double PairWatch::moved(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair) const {
   const Pose b = dda::pose(s, pair.b);
   const double radius = radius_of(m, pair.b);
-  if (pair.a.kind == Partner::Kind::block) {   // as seen from A
+  if (pair.a.kind == Partner::Kind::block) {
     const Pose a = dda::pose(s, pair.a.index);
     const Mat3 now = a.F.inverse(), then = a_.F.inverse();
     return a.F.norm() * ((now * (b.c - a.c) - then * (b_.c - a_.c)).norm() + radius * (now * b.F - then * b_.F).norm());
   }
-  double skin = 0;
-  if (at_skin(env, pair.a)) {
-    const TriangleSurface& surface = skin_of(env, pair.a);
-    for (std::size_t i = 0; i < vertex_.size(); ++i) skin = std::max(skin, (surface.vertices[static_cast<std::size_t>(vertex_[i])] - place_[i]).squaredNorm());
-  }
-  return (b.c - b_.c).norm() + radius * (b.F - b_.F).norm() + std::sqrt(skin);
+  if (!at_skin(env, pair.a)) return own_way(m, s, pair.b);
+  const TriangleSurface& surface = skin_of(env, pair.a);
+  const Mat3 turn = b.F * b_.F.inverse();
+  double most = 0;
+  for (std::size_t i = 0; i < vertex_.size(); ++i)
+    most = std::max(most, (surface.vertices[static_cast<std::size_t>(vertex_[i])] - b.c - turn * (place_[i] - b_.c)).squaredNorm());
+  return std::sqrt(most);
+}
+
+/// Bound on how far points of B have moved since the last search [m].
+double PairWatch::own_way(const dda::Model& m, const dda::State& s, int block) const {
+  const Pose b = dda::pose(s, block);
+  return (b.c - b_.c).norm() + radius_of(m, block) * (b.F - b_.F).norm();
 }
 
 void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, double reach, double skin_path,
                      std::vector<FoundPoint>& out) {
   bool holds = searched_ >= 0;
-  if (holds && at_skin(env, pair.a)) holds = skin_of(env, pair.a).revision == revision_ && skin_path - skin_path_ <= skin_slack_;
+  if (holds && at_skin(env, pair.a)) holds = skin_of(env, pair.a).revision == revision_ && skin_path - skin_path_ + own_way(m, s, pair.b) <= skin_slack_;
   if (holds) {
     const double way = moved(m, s, env, pair);
     holds = way + margin <= searched_ && (points_.empty() || way <= carried_way * smaller_radius(m, pair));
@@ -110,24 +118,23 @@ void PairWatch::search(const dda::Model& m, const dda::State& s, const Environme
   }
 }
 
+/// Points go along with their bodies, normals with the body that motion is seen from: A, or the block at a skin.
 void PairWatch::carry(const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, std::vector<FoundPoint>& out) const {
   const Pose b = dda::pose(s, pair.b);
   const Mat3 turn_b = b.F * b_.F.inverse();
-  Pose a;
-  Mat3 turn_a = Mat3::Identity();
-  if (pair.a.kind == Partner::Kind::block) a = dda::pose(s, pair.a.index), turn_a = a.F * a_.F.inverse();
   const bool skin = at_skin(env, pair.a);
+  Pose a;
+  Mat3 turn = skin ? turn_b : Mat3::Identity();
+  if (pair.a.kind == Partner::Kind::block) a = dda::pose(s, pair.a.index), turn = a.F * a_.F.inverse();
+  const Mat3 back = turn.inverse();
   for (const Kept& k : points_) {
     FoundPoint f = k.found;
     f.at.point_b = b.c + turn_b * (f.at.point_b - b_.c);
-    if (pair.a.kind == Partner::Kind::block) {
-      f.at.point_a = a.c + turn_a * (f.at.point_a - a_.c);
-      f.at.normal = (turn_a * f.at.normal).normalized();
-    } else if (skin) {
-      f.at.point_a = k.beside + at(skin_of(env, pair.a), f.at.face_a, k.weight);
-    }
+    if (pair.a.kind == Partner::Kind::block) f.at.point_a = a.c + turn * (f.at.point_a - a_.c);
+    else if (skin) f.at.point_a = turn * k.beside + at(skin_of(env, pair.a), f.at.face_a, k.weight);
+    if (skin || pair.a.kind == Partner::Kind::block) f.at.normal = (turn * f.at.normal).normalized();
     // By how much the two have come apart along the normal as it was, so that what has not moved keeps its gap to the last digit.
-    const Vec3 apart = turn_a.transpose() * (f.at.point_b - f.at.point_a) - (k.found.at.point_b - k.found.at.point_a);
+    const Vec3 apart = back * (f.at.point_b - f.at.point_a) - (k.found.at.point_b - k.found.at.point_a);
     f.at.gap += k.found.at.normal.dot(apart);
     if (f.at.gap <= margin) out.push_back(f);
   }

@@ -27,6 +27,7 @@ class PairWatch {
     Vec3 weight, beside;   // of a skin: barycentric on its triangle, and where the point lies from there [m]
   };
   double moved(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&) const;
+  double own_way(const dda::Model&, const dda::State&, int block) const;
   void search(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin, double reach, double skin_path);
   void carry(const dda::State&, const Environment&, const CandidatePair&, double margin, std::vector<FoundPoint>& out) const;
 

@@ -11,6 +11,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/apart.hpp"
 #include "core/error.hpp"
 #include "core/ranks.hpp"
 
@@ -42,6 +43,15 @@ class Sets {
  private:
   std::vector<int> parent_;
 };
+
+/// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves that they stay apart.
+void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, std::vector<std::pair<int, int>>& pairs) {
+  std::erase_if(pairs, [&](const std::pair<int, int>& pair) {
+    const auto i = static_cast<std::size_t>(pair.first), j = static_cast<std::size_t>(pair.second);
+    if (model.blocks[i].ndof() == 0 && model.blocks[j].ndof() == 0) return true;
+    return contact::apart(*model.blocks[i].shape, dda::pose(s, pair.first), *model.blocks[j].shape, dda::pose(s, pair.second), near[i] + near[j]);
+  });
+}
 
 }  // namespace
 
@@ -158,6 +168,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   p.structure_used.assign(env_.structures.size(), 0);
   pair_structures(duration, p);
   std::vector<Box3> boxes(static_cast<std::size_t>(n));
+  std::vector<double> near(static_cast<std::size_t>(n));   // how far each may come, and is touched from [m]
   const double g = model_.gravity.norm();
   for (int i = 0; i < n; ++i) {
     const auto k = static_cast<std::size_t>(i);
@@ -165,12 +176,14 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     const double radius = b.shape->radius;
     if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
-    boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), p.reach[k] + 1e-5 * radius + env_.bond_stretch);
+    near[k] = p.reach[k] + 1e-5 * radius + env_.bond_stretch;
+    boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), near[k]);
   }
   std::vector<std::pair<int, int>> pairs;
   contact::overlapping_pairs(boxes, pairs);
 
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
+  drop_apart(model_, s, near, pairs);
   Sets sets(static_cast<std::size_t>(n) + env_.structures.size());   // blocks, then structures
   for (const auto& [i, j] : pairs)
     if (moves(i) && moves(j)) sets.join(i, j);
@@ -192,7 +205,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
       Box3 box = boxes[k];
       box.min().array() -= p.structure_reach[q];
       box.max().array() += p.structure_reach[q];
-      if (!env_.structures[q].index->overlaps(box)) continue;
+      if (!env_.structures[q].index->overlaps(box) || contact::apart(*env_.structures[q].index, *model_.blocks[k].shape, dda::pose(s, i), near[k] + p.structure_reach[q])) continue;
       fixed.push_back({{Partner::Kind::structure, static_cast<int>(q)}, i});
       if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
@@ -238,7 +251,6 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     return id < 0 ? nullptr : &p.islands[static_cast<std::size_t>(id)];
   };
   for (const auto& [i, j] : pairs) {
-    if (!moves(i) && !moves(j)) continue;
     // B is the block with DOFs (the later one if both have).
     const int b = moves(j) ? j : i, a = b == j ? i : j;
     if (Island* island = island_at(b)) island->pairs.push_back({{Partner::Kind::block, a}, b});

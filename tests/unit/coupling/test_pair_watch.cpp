@@ -55,7 +55,7 @@ TEST(PairWatch, GapsOfWhatTouchesAreRightToSecondOrder) {
   Pair two(1e-3);
   PairWatch watch;
   ASSERT_EQ(two.watched(watch, 0.01).size(), two.anew(0.01).size());
-  two.move(5e-5);   // carried along: below 3e-4 of the radius
+  two.move(5e-5);   // carried along: below 1e-3 of the radius
   const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
   ASSERT_EQ(kept.size(), fresh.size());
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -84,6 +84,41 @@ TEST(PairWatch, NothingIsMissedThatComesWithinTheMargin) {
     EXPECT_EQ(two.watched(watch, 0.01).empty(), two.anew(0.01).empty()) << step;
   }
   EXPECT_FALSE(two.watched(watch, 0.01).empty());
+}
+
+/// A cube that lies on a face of a skin, and flies along with it.
+TEST(PairWatch, WhatFliesAlongWithASkinKeepsItsContacts) {
+  Pair flight(0);
+  flight.pair = {{Partner::Kind::structure, 0}, 1};
+  flight.state.c[1] = Vec3(0, 0, 0.5 + 1e-4);
+  TriangleSurface skin;
+  skin.vertices = {{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}, {0, 0, 0}};
+  skin.velocities.assign(5, Vec3::Zero());
+  skin.triangles = {{0, 1, 4}, {1, 2, 4}, {2, 3, 4}, {3, 0, 4}};
+  skin.parent_face = {0, 0, 0, 0};
+  for (int k = 0; k < 4; ++k) skin.nodes.push_back({1, {k}, {1, 0, 0, 0}});
+  skin.nodes.push_back({4, {0, 1, 2, 3}, {0.25, 0.25, 0.25, 0.25}});
+  flight.env.structures.emplace_back();
+  flight.env.structures[0].index = moving_index(skin);
+  PairWatch watch;
+  ASSERT_GE(flight.watched(watch, 0.01).size(), 4u);
+  // Both turn and fly on by far more than a watch lasts; the cube sinks by 2e-5 against the face.
+  const Mat3 turn = dda::rotation_by(Vec3(0.02, 0.01, -0.01)).toRotationMatrix();
+  const Vec3 way(0.01, -0.02, 0.04);
+  for (Vec3& x : skin.vertices) x = way + turn * x;
+  flight.env.structures[0].index->refit(skin);
+  flight.state.c[1] = way + turn * (flight.state.c[1] - Vec3(0, 0, 2e-5));
+  flight.state.q[1] = Quat(turn);
+  const auto kept = flight.watched(watch, 0.01), fresh = flight.anew(0.01);
+  ASSERT_EQ(kept.size(), fresh.size());
+  bool carried = false;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    EXPECT_NEAR(kept[i].at.gap, 8e-5, 1e-9);
+    EXPECT_NEAR((kept[i].at.normal - turn.col(2)).norm(), 0, 1e-9);
+    EXPECT_NEAR((kept[i].at.point_a - fresh[i].at.point_a).norm(), 0, 1e-8);
+    carried = carried || kept[i].at.gap != fresh[i].at.gap || kept[i].at.point_b != fresh[i].at.point_b;
+  }
+  EXPECT_TRUE(carried);   // to the last digit it would be a new search's
 }
 
 TEST(PairWatch, ServesHardContactAlone) {

@@ -1,0 +1,59 @@
+#include "coupling/jammed.hpp"
+
+#include <algorithm>
+#include <vector>
+
+namespace talus::coupling {
+namespace {
+
+constexpr double facing = -0.3;   // cosine of two normals: the rows of any body that no motion frees hold a pair beyond -1/3
+
+contact::ProblemContact& row_of(contact::ContactProblem& problem, const Touch& t) { return problem.contacts[static_cast<std::size_t>(t.row)]; }
+
+/// A closed hard row on a block, its normal pointing into the block.
+struct Side {
+  int block = 0;
+  Vec3 normal;
+  const Touch* touch = nullptr;
+};
+
+bool before(const Side& a, const Side& b) { return a.block < b.block; }
+
+}  // namespace
+
+void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem) {
+  std::vector<Side> sides;
+  bool any = false;
+  for (const Touch& t : touches) {
+    if (t.row < 0 || t.b < 0 || t.stiffness > 0 || t.at.gap > closed) continue;
+    any = any || row_of(problem, t).bias[0] < 0;
+    sides.push_back({t.b, t.normal, &t});
+    if (t.a.kind == Partner::Kind::block) sides.push_back({t.a.index, -t.normal, &t});
+  }
+  if (!any) return;
+  std::stable_sort(sides.begin(), sides.end(), before);
+  std::vector<int> spared;   // all by what was asked at first, whatever their order
+  for (const Side& s : sides) {
+    if (!(row_of(problem, *s.touch).bias[0] < 0)) continue;
+    const bool rebound = s.touch->a.kind != Partner::Kind::structure;
+    const auto [first, last] = std::equal_range(sides.begin(), sides.end(), s, before);
+    if (std::any_of(first, last, [&](const Side& o) { return s.normal.dot(o.normal) < facing && (!rebound || (o.touch->a == s.touch->a && o.touch->b == s.touch->b)); }))
+      spared.push_back(s.touch->row);
+  }
+  for (const int row : spared) problem.contacts[static_cast<std::size_t>(row)].bias[0] = 0;
+}
+
+bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h) {
+  bool any = false;
+  for (const Touch& t : touches) {
+    if (t.row < 0) continue;
+    contact::ProblemContact& c = row_of(problem, t);
+    c.impulse = h * (t.frame.transpose() * t.warm);
+    if (t.stiffness > 0 || !(c.bias[0] < 0)) continue;
+    c.bias[0] = 0;
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace talus::coupling
