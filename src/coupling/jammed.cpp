@@ -40,7 +40,11 @@ void spare_jammed(std::span<const Touch> touches, double closed, contact::Contac
     if (std::any_of(first, last, [&](const Side& o) { return s.normal.dot(o.normal) < facing && (!rebound || (o.touch->a == s.touch->a && o.touch->b == s.touch->b)); }))
       spared.push_back(s.touch->row);
   }
-  for (const int row : spared) problem.contacts[static_cast<std::size_t>(row)].bias[0] = 0;
+  for (const int row : spared) {
+    contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(row)];
+    c.bias[0] = 0;
+    c.impulse.setZero();   // two sides may press on each other through the body with any impulse: none is handed on from step to step
+  }
 }
 
 bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h) {

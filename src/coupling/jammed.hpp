@@ -9,7 +9,8 @@
 namespace talus::coupling {
 
 /// Before a step at a structure is solved: a row asks for no motion towards a closed row (gap up to `closed` [m]) that faces it on the same block;
-/// a rebound between two blocks, for none towards a row of theirs.
+/// a rebound between two blocks, for none towards a row of theirs. Impulses of such
+/// rows start from nothing.
 void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem);
 
 /// After a step of length h could not be solved: no hard row asks for motion any more, which can always be met, by rest. Impulses start from those of
