@@ -75,11 +75,12 @@ void System::velocities(const std::vector<Vec3>& p, std::vector<double>& v) cons
 void System::write(const std::vector<double>& v, ContactProblem& problem) const {
   for (std::size_t b = 0; b < body.size(); ++b) {
     const int m = ndof[b];
-    const double *M = root.data() + matrix[b], *x = v.data() + offset[b];
+    const double *M = root.data() + matrix[b], *x = v.data() + offset[b], *free = v_hat.data() + offset[b];
     double* to = problem.v.data() + problem.bodies[body[b]].offset;
-    std::copy_n(held.data() + offset[b], m, to);
+    std::copy_n(problem.v_hat.data() + problem.bodies[body[b]].offset, m, to);
     for (int c = 0; c < m; ++c)
-      for (int r = c; r < m; ++r) to[r] += M[c * m + r] * x[c];
+      if (const double change = x[c] - free[c]; change != 0)
+        for (int r = c; r < m; ++r) to[r] += M[c * m + r] * change;
   }
 }
 

@@ -89,7 +89,7 @@ struct System {
   void push(const Touch& t, const Vec3& p, double* x) const;
   /// v = v_hat + J^T p.
   void velocities(const std::vector<Vec3>& p, std::vector<double>& v) const;
-  /// The velocities M v of the bodies that are touched, into problem.v.
+  /// The velocities of the bodies that are touched, into problem.v: those of problem.v_hat to the last bit where no impulse acts, whatever open contacts are listed.
   void write(const std::vector<double>& v, ContactProblem& problem) const;
   /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;

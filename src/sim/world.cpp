@@ -89,7 +89,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       const double turning = 0.5 * w.dot(f.angular_momentum), left = f.kinetic - 0.5 * f.mass * v.squaredNorm();
       if (turning > left && left > 0) {
         b.second_moment *= turning / left;
-        b.inertia *= turning / left;
+        b.inertia = b.second_moment.trace() * Mat3::Identity() - b.second_moment;   // to the bits that a checkpoint gives back
         w *= left / turning;
       }
       const double kinetic = 0.5 * f.mass * v.squaredNorm() + 0.5 * w.dot(b.inertia * w);
