@@ -296,7 +296,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     if (t.mode == Mode::idle) continue;
     add_row(t, h, first_pass);
   }
-  if (leapfrog()) spare_jammed(touches_, touch_gap, problem_);
+  if (leapfrog()) spare_jammed(touches_, touch_gap(), problem_);
   add_rolling_rows();
   limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
   double mass = 0;
