@@ -13,6 +13,7 @@
 #include <atomic>
 #include <functional>
 #include <limits>
+#include <map>
 #include <memory>
 #include <span>
 #include <string>
@@ -187,6 +188,7 @@ class IslandStepper {
   bool laws_met(double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
   double project(double h);
+  std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moved_moments();
   void book(double h);
   double internal_energy(int block) const;

@@ -21,6 +21,8 @@ bool IslandStepper::meets_hard(const Touch& t) const {
   return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
 }
 
+constexpr double impact_round_off = 1e-10;   // of the energy: impacts are solved to some 1e-12 of the velocities, and e = 1 is no gain
+
 /// Rows of an impulse of no duration, restitution times `scale`; true if any of them gives speed back.
 bool IslandStepper::impact_rows(double scale) {
   problem_.clear();
@@ -97,7 +99,7 @@ bool IslandStepper::impact_stage() {
     pending_ = Ledger{};
     apply(0);
     if (!finite()) return false;
-    if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + 1e-12) || !restituted || scale == 0) break;
+    if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + impact_round_off) || !restituted || scale == 0) break;
     restore();   // energy rule: restitution with friction on many contacts may not create energy
   }
   // Strain rates are not part of a rigid impulse.

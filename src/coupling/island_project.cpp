@@ -1,6 +1,7 @@
 // The drift of closed hard contacts led back to gap >= 0, its energy booked.
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "coupling/island_body.hpp"
 
@@ -24,6 +25,18 @@ std::vector<Vec3> IslandStepper::moved_moments() {
   return moments;
 }
 
+/// The largest depth that the motion of the step can explain, of pairs of blocks with a hollow: by partner and block [m].
+std::map<std::pair<std::uint64_t, int>, double> IslandStepper::deepest_by_motion() const {
+  constexpr double known_before = 0.05;   // of the block size: what earlier projections of jammed blocks may have left
+  std::map<std::pair<std::uint64_t, int>, double> bounds;
+  for (const CandidatePair& pair : island_->pairs) {
+    if (pair.a.kind != Partner::Kind::block) continue;
+    const Polyhedron &a = *model_.blocks[static_cast<std::size_t>(pair.a.index)].shape, &b = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
+    if (!a.convex || !b.convex) bounds[{pair.a.id(), pair.b}] = 2 * path(pair) + known_before * std::min(a.inradius, b.inradius);
+  }
+  return bounds;
+}
+
 double IslandStepper::project(double h) {
   // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
   double thinnest = length_, far = 0;
@@ -33,10 +46,17 @@ double IslandStepper::project(double h) {
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
   const double tolerance = std::max(5e-10 * thinnest, 5e-16 * far);
+  const std::map<std::pair<std::uint64_t, int>, double> deepest_of = deepest_by_motion();
+  // Of pieces with hollows a feature can look as deep as the piece is wide, though the two have hardly moved: led back along it, they would fly into others.
+  const auto believed = [&](const Touch& t) {
+    if (t.stiffness > 0 || deformable_structure(t)) return false;
+    const auto bound = deepest_of.find({t.a.id(), t.b});
+    return bound == deepest_of.end() || -t.at.gap <= bound->second;
+  };
   const auto deepest_touch = [&] {
     double deepest = 0;
     for (const Touch& t : touches_)
-      if (t.stiffness == 0 && !deformable_structure(t)) deepest = std::max(deepest, -t.at.gap);
+      if (believed(t)) deepest = std::max(deepest, -t.at.gap);
     return deepest;
   };
   find(h);
@@ -54,7 +74,7 @@ double IslandStepper::project(double h) {
     held_.clear();
     for (Touch& t : touches_) {
       t.row = -1;
-      if (t.stiffness > 0 || deformable_structure(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
+      if (!believed(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
       t.mode = Mode::idle;
       add_row(t, 1, true);
       contact::ProblemContact& c = problem_.contacts.back();

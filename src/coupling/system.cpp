@@ -176,6 +176,8 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     const double radius = b.shape->radius;
     if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
+    for (const auto& [block, moved] : wider_)
+      if (block == i) p.reach[k] = std::max(p.reach[k], 2 * moved);
     near[k] = p.reach[k] + 1e-5 * radius + env_.bond_stretch;
     boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), near[k]);
   }
@@ -309,7 +311,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
                             reports[i].failure);
     for (int b : p.islands[i].blocks) {
       const auto k = static_cast<std::size_t>(b);
-      if ((state_.blocks.c[k] - before.blocks.c[k]).norm() > p.reach[k] + 1e-12) escaped = true;
+      const double moved = (state_.blocks.c[k] - before.blocks.c[k]).norm();
+      if (!(moved > p.reach[k] + 1e-12)) continue;
+      escaped = true;
+      escapes_.emplace_back(b, moved);
     }
   }
   if (escaped || stopped || !failure.empty()) {
@@ -407,6 +412,17 @@ void CoupledSystem::replay(StructurePart& part, double duration, std::span<const
   sums_.audit.work_on_structure += s.energy().contact_work - work_before;
 }
 
+/// What is moved out of something that it was jammed in goes its way however short the stretch: its neighbours are looked for as far as it went.
+void CoupledSystem::widen() {
+  for (const auto& [block, moved] : escapes_)
+    if (!(moved <= model_.blocks[static_cast<std::size_t>(block)].shape->radius))
+      throw NumericalFailure(fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size", state_.time, model_.blocks[static_cast<std::size_t>(block)].name, moved));
+  const auto farthest = [](const std::vector<std::pair<int, double>>& list) { return std::accumulate(list.begin(), list.end(), 0.0, [](double most, const auto& e) { return std::max(most, e.second); }); };
+  if (!wider_.empty() && !(farthest(escapes_) > farthest(wider_)))
+    throw NumericalFailure(fmt::format("t = {:.6g} s: blocks leave their predicted reach at the smallest stretch", state_.time));
+  wider_.insert(wider_.end(), escapes_.begin(), escapes_.end());
+}
+
 bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
   while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
     const double longest = state_.stretch > 0 ? state_.stretch : settings_.longest_stretch;
@@ -418,14 +434,15 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
     if (agreed(stop) != 0) return false;
     // Several ranks stop between stretches: within one, each would see the signal at another step.
     const std::atomic<int>* within = ranks() == nullptr ? stop : nullptr;
+    escapes_.clear();
     if (!stretch(duration, within, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
       if (within != nullptr && within->load() != 0) return false;
-      state_.stretch = 0.5 * duration;
-      if (state_.stretch < settings_.step.min_step)
-        throw NumericalFailure(fmt::format("t = {:.6g} s: blocks leave their predicted reach at the smallest stretch", state_.time));
+      if (0.5 * duration >= settings_.step.min_step) state_.stretch = 0.5 * duration;
+      else widen();
       continue;
     }
+    wider_.clear();
     state_.time = duration == remaining ? t : start + duration;
     state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
   }

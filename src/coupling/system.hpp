@@ -90,8 +90,10 @@ class CoupledSystem {
   void plan(double stretch, Plan& p) const;
   void pair_structures(double stretch, Plan& p) const;
   bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
+  void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
+  std::vector<std::pair<int, double>> escapes_, wider_;   // blocks that went farther than foreseen in the last try, and how far [m]; what the next tries foresee beyond
   dda::Model model_;
   SystemState state_;
   Environment env_;
