@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry/raster/raster_module.hpp"
+#include "io/check_indices.hpp"
 #include "io/files.hpp"
 #include "io/ground_raster.hpp"
 #include "io/hdf5_file.hpp"
@@ -33,6 +34,7 @@ struct Tracks {
   explicit Tracks(const std::filesystem::path& results);
   Hdf5File file;
   std::vector<double> time;
+  std::size_t blocks = 0;
   Vec3 origin = Vec3::Zero();
   std::string crs;
   std::vector<Track> moving;
@@ -53,17 +55,26 @@ Track track_of(std::size_t block, std::size_t blocks, const std::vector<double>&
   return t;
 }
 
+/// A dataset of `size` numbers; throws InputError if it has another number of them.
+template <class T>
+std::vector<T> read_sized(const Hdf5File& file, const std::string& path, std::size_t size) {
+  std::vector<T> values = file.read<T>(path).values;
+  if (values.size() != size) throw bad_file("results.h5", path, fmt::format("holds {} numbers, {} belong there", values.size(), size), "use results that Talus wrote");
+  return values;
+}
+
 Tracks::Tracks(const std::filesystem::path& results) : file(Hdf5File::open(results)) {
   const std::string h = "/history/blocks/";
   if (!file.exists(h + "position")) throw bad_file(results, h + "position", "there are no blocks in it", "name the results.h5 of a run with blocks");
   time = file.read<double>("/history/time").values;
   crs = file.text_attribute("/", "crs");
-  if (file.exists("/geometry/map_origin")) origin = Eigen::Map<const Vec3>(file.read<double>("/geometry/map_origin").values.data());
-  const auto position = file.read<double>(h + "position").values, velocity = file.read<double>(h + "velocity").values;
-  auto kinetic = file.read<double>(h + "kinetic_translational").values;
-  const auto rotational = file.read<double>(h + "kinetic_rotational").values;
-  for (std::size_t k = 0; k < kinetic.size(); ++k) kinetic[k] += rotational[k];
-  const std::size_t blocks = file.dims(h + "position")[1];
+  if (file.exists("/geometry/map_origin")) origin = Eigen::Map<const Vec3>(read_sized<double>(file, "/geometry/map_origin", 3).data());
+  blocks = file.read_texts(h + "name").size();
+  const std::size_t entries = time.size() * blocks;
+  const auto position = read_sized<double>(file, h + "position", 3 * entries), velocity = read_sized<double>(file, h + "velocity", 3 * entries);
+  const auto rotational = read_sized<double>(file, h + "kinetic_rotational", entries);
+  auto kinetic = read_sized<double>(file, h + "kinetic_translational", entries);
+  for (std::size_t k = 0; k < entries; ++k) kinetic[k] += rotational[k];
   for (std::size_t b = 0; b < blocks; ++b) {
     Track t = track_of(b, blocks, position, velocity, kinetic);
     if (t.at.empty() || *std::max_element(t.speed.begin(), t.speed.end()) == 0) continue;
@@ -79,7 +90,7 @@ double round_below(double length) {
   return (length >= 5 * power ? 5 : length >= 2 * power ? 2 : 1) * power;
 }
 
-/// Calls use(cell index, share of the way between the rows) for points of the straight way from a to b no further apart than half a cell.
+/// Calls use(point, share of the way between the rows) for points of the straight way from a to b no further apart than half a cell.
 template <class Use>
 void along(const Vec3& a, const Vec3& b, double cell, const Use& use) {
   const int pieces = std::max(1, static_cast<int>(std::ceil((b - a).head<2>().norm() / (0.5 * cell))));
@@ -97,6 +108,7 @@ class Ground {
     const auto v = file.read<double>("/geometry/terrain/vertices").values;
     const auto t = file.read<std::int32_t>("/geometry/terrain/triangles").values;
     for (std::size_t k = 0; k + 2 < v.size(); k += 3) mesh.vertices.emplace_back(v[k], v[k + 1], v[k + 2]);
+    check_indices(t, mesh.vertices.size(), "terrain triangles");
     for (std::size_t k = 0; k + 2 < t.size(); k += 3) mesh.triangles.push_back({t[k], t[k + 1], t[k + 2]});
     grid_ = rasterise(mesh, region, ground_side);
   }
@@ -151,8 +163,8 @@ std::string tracks_geojson(const std::filesystem::path& results) {
   using json = nlohmann::ordered_json;
   const Tracks tracks(results);
   const auto names = tracks.file.read_texts("/history/blocks/name");
-  const auto mass = tracks.file.read<double>("/history/blocks/mass").values, volume = tracks.file.read<double>("/geometry/blocks/volume").values;
-  const auto fragment = tracks.file.read<std::int32_t>("/geometry/blocks/fragment").values;
+  const auto mass = read_sized<double>(tracks.file, "/history/blocks/mass", tracks.blocks), volume = read_sized<double>(tracks.file, "/geometry/blocks/volume", tracks.blocks);
+  const auto fragment = read_sized<std::int32_t>(tracks.file, "/geometry/blocks/fragment", tracks.blocks);
   const double least = 1e-3 * tracks.box.diagonal().norm();
   json root = {{"type", "FeatureCollection"}};
   if (!tracks.crs.empty()) root["crs"] = {{"type", "name"}, {"properties", {{"name", tracks.crs}}}};
@@ -170,9 +182,9 @@ std::string tracks_geojson(const std::filesystem::path& results) {
     root["features"].push_back({{"type", "Feature"},
                                 {"geometry", {{"type", "LineString"}, {"coordinates", std::move(line)}}},
                                 {"properties",
-                                 {{"name", names.at(t.block)}, {"mass", mass.at(t.block)}, {"volume", volume.at(t.block)}, {"fragment", fragment.at(t.block) != 0},
+                                 {{"name", names[t.block]}, {"mass", mass[t.block]}, {"volume", volume[t.block]}, {"fragment", fragment[t.block] != 0},
                                   {"max_speed", *std::max_element(t.speed.begin(), t.speed.end())}, {"max_kinetic", *std::max_element(t.kinetic.begin(), t.kinetic.end())},
-                                  {"birth", tracks.time.at(t.first_row)}, {"end", tracks.time.at(t.first_row + t.at.size() - 1)}}}});
+                                  {"birth", tracks.time[t.first_row]}, {"end", tracks.time[t.first_row + t.at.size() - 1]}}}});
   }
   return root.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -199,10 +211,10 @@ geometry::Raster results_map(const std::filesystem::path& results, const std::st
     const Ground ground(tracks.file, tracks.box);
     greatest([&](const Track&, std::size_t, std::size_t, const Vec3& p, double) { return p.z() - ground.at(p.x(), p.y()); });
   } else if (quantity == "deposit") {
-    const auto volume = tracks.file.read<double>("/geometry/blocks/volume").values;
+    const auto volume = read_sized<double>(tracks.file, "/geometry/blocks/volume", tracks.blocks);
     for (const Track& t : tracks.moving) {
       double& v = map.values[cell_of(map, tracks, t.at.back())];
-      v = (std::isnan(v) ? 0 : v) + volume.at(t.block);
+      v = (std::isnan(v) ? 0 : v) + volume[t.block];
     }
   } else {
     throw bad_file(results, "/maps/" + quantity, "there is no such map", "take passages, kinetic, speed, height or deposit");

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "io/check_indices.hpp"
 #include "io/files.hpp"
 #include "io/report_parts.hpp"
 
@@ -36,12 +37,5 @@ void add_structures(ReportData& d);
 void add_site(ReportData& d);
 void add_shapes(ReportData& d);
 void add_curves(ReportData& d);
-
-/// results.h5 may come from anywhere: what is used as an index is checked first.
-template <class T>
-void check_indices(const std::vector<T>& values, std::size_t limit, const char* what) {
-  for (const T v : values)
-    if (v < 0 || static_cast<std::size_t>(v) >= limit) throw bad_file("results.h5", what, fmt::format("index {} of {}", v, limit), "use results that Talus wrote");
-}
 
 }  // namespace talus::io

@@ -115,3 +115,24 @@ TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
   EXPECT_THROW(io::results_map(results, "passages", 1e-3), InputError);
   EXPECT_THROW(io::tracks_geojson(scratch.path / "missing.h5"), InputError);
 }
+
+TEST(ForeignResults, AreRefusedBeforeTheyAreUsedAsIndices) {
+  const Scratch scratch;
+  const auto written = [&](const char* name, std::size_t velocities, std::int32_t corner) {
+    const auto path = scratch.path / name;
+    io::Hdf5File file = io::Hdf5File::create(path);
+    const std::string h = "/history/blocks/";
+    file.write<double>("/history/time", std::vector<double>{0, 1}, {2});
+    file.write(h + "name", std::vector<std::string>{"B"});
+    file.write<double>(h + "position", std::vector<double>{0, 0, 5, 1, 1, 5}, {2, 1, 3});
+    file.write<double>(h + "velocity", std::vector<double>(velocities, 1.0), {velocities});
+    for (const char* energy : {"kinetic_translational", "kinetic_rotational"}) file.write<double>(h + energy, std::vector<double>{1, 1}, {2, 1});
+    file.write<double>("/geometry/terrain/vertices", std::vector<double>{-9, -9, 0, 9, -9, 0, 0, 9, 0}, {3, 3});
+    file.write<std::int32_t>("/geometry/terrain/triangles", std::vector<std::int32_t>{0, 1, corner}, {1, 3});
+    file.close();
+    return path;
+  };
+  EXPECT_GT(io::results_map(written("whole.h5", 6, 2), "height", 1).values.size(), 0u);
+  EXPECT_THROW(io::results_map(written("short.h5", 3, 2), "speed", 1), InputError);
+  EXPECT_THROW(io::results_map(written("beyond.h5", 6, 7'000'000), "height", 1), InputError);
+}
