@@ -6,6 +6,7 @@
 
 #include "app/commands.hpp"
 #include "core/error.hpp"
+#include "core/solid_mesh.hpp"
 #include "geometry/mesh.hpp"
 #include "geometry/raster.hpp"
 #include "geometry/terrain.hpp"
@@ -44,6 +45,24 @@ geometry::Raster map_of(const std::string& file, const std::string& part) {
   return io::results_map(file, part.substr(from, mark == std::string::npos ? mark : mark - from), cell);
 }
 
+/// A mesh of volume cells as another such file, or its outside as a surface.
+void convert_solid(const std::string& in, const std::string& out) {
+  const SolidMesh solid = read_solid_mesh(in);
+  if (solid.hexes.empty() && solid.tets.empty())
+    throw InputError(Problem{.file = in, .line = 0, .column = 0, .key = "mesh", .value = "", .rule = "the mesh has no hexahedra and no tetrahedra", .remedy = "mesh the volume, and save all elements"});
+  if (is_solid_mesh_file(out)) return io::write_file(out, solid_mesh_text(out, solid));
+  geometry::Mesh mesh;
+  std::vector<int> vertex(solid.nodes.size(), -1);
+  for (std::array<int, 3> triangle : outer_triangles(solid)) {
+    for (int& n : triangle) {
+      if (vertex[n] < 0) vertex[n] = static_cast<int>(mesh.vertices.size()), mesh.vertices.push_back(solid.nodes[n]);
+      n = vertex[n];
+    }
+    mesh.triangles.push_back(triangle);
+  }
+  geometry::write_mesh(out, mesh);
+}
+
 /// Tells what was changed and what is still wrong.
 int repair_mesh(const std::string& in, const std::string& out) {
   geometry::RepairReport report;
@@ -72,6 +91,7 @@ int command_convert(const Options& options) {
     geometry::write_mesh(out, io::read_blocks(file, part.size() > blocks.size() ? part.substr(blocks.size() + 1) : ""));
   else if (geometry::is_mesh_file(in) && is_hdf5(out)) io::write_blocks(out, in);
   else if (geometry::is_mesh_file(in)) geometry::write_mesh(out, geometry::read_mesh(in));
+  else if (is_solid_mesh_file(in) && (is_solid_mesh_file(out) || geometry::is_mesh_file(out))) convert_solid(in, out);
   else if (is_hdf5(file) && is_raster(out) && part.starts_with("/maps/")) geometry::write_raster(out, map_of(file, part));
   else if (is_hdf5(file) && out.ends_with(".geojson") && (part.empty() || part == "/history/blocks")) io::write_file(out, io::tracks_geojson(file));
   else if (is_raster(in) && is_raster(out)) geometry::write_raster(out, geometry::read_raster(in));

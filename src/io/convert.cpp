@@ -134,7 +134,7 @@ void convert(const std::string& in, const std::string& out) {
   const std::size_t hash = in.find('#');
   const std::string file = in.substr(0, hash), path = hash == std::string::npos ? "/history/blocks" : in.substr(hash + 1);
   const std::string from = std::filesystem::path(file).extension().string(), to = std::filesystem::path(out).extension().string();
-  if (from != ".h5" && from != ".hdf5") throw bad_file(in, {}, "cannot be converted into that", "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, results.h5#/maps/kinetic to a grid, a mesh to a mesh, a grid (.asc, .tif) to a grid or a mesh");
+  if (from != ".h5" && from != ".hdf5") throw bad_file(in, {}, "cannot be converted into that", "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, results.h5#/maps/kinetic to a grid, a mesh to a mesh, a volume mesh (.msh, .inp) to the other or to its surface, a grid (.asc, .tif) to a grid or a mesh");
   if (to != ".csv") throw bad_file(out, {}, fmt::format("results cannot be written as \"{}\"", to), "name a .csv file; paths of blocks go to .geojson, maps (results.h5#/maps/kinetic) to .tif or .asc, shapes (results.h5#/geometry/blocks) to a mesh");
   if (path.empty() || path[0] != '/') throw bad_file(in, path, "a path within the file begins with /", "write results.h5#/history/blocks");
   const std::string text = csv_text(file, path.size() > 1 && path.back() == '/' ? path.substr(0, path.size() - 1) : path);

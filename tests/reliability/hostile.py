@@ -187,6 +187,8 @@ CASES = {
     "report-of-a-stranger": (["report", "{dir}"], {"photo.jpg": "x"}, ["holds no results"]),
     "capacity-without-structure": (["capacity", "{dir}"], {"photo.jpg": "x"}, ["Talus"]),
     "convert-unknown": (["convert", "{dir}/a.obj", "{dir}/a.xyz"], {"a.obj": cube()}, ["a.xyz"]),
+    "convert-surface-to-solid": (["convert", "{dir}/a.obj", "{dir}/a.msh"], {"a.obj": cube()}, ["a.msh"]),
+    "convert-empty-solid": (["convert", "{dir}/a.inp", "{dir}/a.msh"], {"a.inp": "*NODE\n1, 0, 0, 0\n"}, ["a.inp"]),
     "convert-onto-itself": (["convert", "{dir}/a.obj", "{dir}/a.obj"], {"a.obj": cube()}, ["a.obj"]),
     "formulas-negative": (["formulas", "--mass", "-5", "--velocity", "10"], {}, ["--mass"]),
     "formulas-nan": (["formulas", "--mass", "5", "--velocity", "nan"], {}, ["--velocity"]),

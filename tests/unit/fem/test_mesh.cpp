@@ -4,10 +4,12 @@
 #include <gmsh.h>
 
 #include <cmath>
+#include <fstream>
 #include <map>
 #include <set>
 
 #include "core/error.hpp"
+#include "core/solid_mesh.hpp"
 #include "fem/lattice.hpp"
 #include "unit/fem/fem_specs.hpp"
 
@@ -89,6 +91,42 @@ TEST(MeshFile, GmshBarsHangFromTheirGroup) {
       // Pulled by its own weight: u = rho g L^2 / (2 E) at the free end. The nodes of linear bars are exact.
       EXPECT_NEAR(bar.probe_displacements()[0].x(), 2500 * 10 * 4 / (2 * 30e9), (hexahedra ? 1e-9 : 0.01) * 2500 * 10 * 4 / (2 * 30e9)) << file;
     }
+}
+
+TEST(MeshFile, ConvertedIsTheSameMesh) {
+  for (bool hexahedra : {true, false})
+    for (const std::string& file : gmsh_bar(hexahedra)) {
+      const SolidMesh mesh = read_solid_mesh(file);
+      double volume = 0;
+      for (const auto& [a, b, c] : outer_triangles(mesh)) volume += mesh.nodes[a].cross(mesh.nodes[b]).dot(mesh.nodes[c]) / 6;
+      EXPECT_NEAR(volume, 2, 1e-12) << file;
+      for (const char* ending : {".converted.msh", ".converted.inp"}) {
+        const std::string converted = file + ending;
+        std::ofstream(converted) << solid_mesh_text(converted, mesh);
+        const SolidMesh again = read_solid_mesh(converted);
+        EXPECT_TRUE(again.nodes == mesh.nodes) << converted;  // to the last bit
+        EXPECT_TRUE(again.hexes == mesh.hexes) << converted;
+        EXPECT_TRUE(again.tets == mesh.tets) << converted;
+        for (const auto& [name, nodes] : mesh.groups) {
+          EXPECT_TRUE(again.groups.contains(name) && again.groups.at(name) == nodes) << converted << ": " << name;
+        }
+      }
+      // Gmsh itself reads what is written for it.
+      gmsh::initialize();
+      gmsh::option::setNumber("General.Terminal", 0);
+      gmsh::open(file + ".converted.msh");
+      std::vector<std::size_t> cells, nodes;
+      gmsh::model::mesh::getElementsByType(hexahedra ? 5 : 4, cells, nodes);
+      EXPECT_EQ(cells.size(), hexahedra ? mesh.hexes.size() : mesh.tets.size()) << file;
+      std::vector<std::pair<int, int>> groups;
+      gmsh::model::getPhysicalGroups(groups, 0);
+      EXPECT_EQ(groups.size(), mesh.groups.size()) << file;
+      gmsh::finalize();
+    }
+  SolidMesh named;
+  named.groups["left end"] = {};
+  EXPECT_THROW(solid_mesh_text("a.inp", named), InputError);
+  EXPECT_NO_THROW(solid_mesh_text("a.msh", named));
 }
 
 TEST(Lattice, PlanesCrowdInAZoneAndWidenOutside) {
