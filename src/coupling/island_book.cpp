@@ -223,7 +223,7 @@ double IslandStepper::freed_shear(const Touch& t) const {
   const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(t.b)];
   const auto last = std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key), [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return std::pair(m.partner, m.feature) < key; });
   if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key) return 0;
-  return std::max(0.0, last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
+  return std::max(0.0, t.of_part * last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
 double IslandStepper::internal_energy(int block) const {

@@ -64,7 +64,10 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
   }
-  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) list.push_back(memory);
+  if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) {
+    if (t.of_part < 1 && !list.empty() && list.back().partner == memory.partner && list.back().feature == memory.feature) add_point(memory, list.back());
+    else list.push_back(memory);
+  }
 }
 
 /// What a block was born inside is forgotten once the touches of the step found nothing inside any more.

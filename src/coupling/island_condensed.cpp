@@ -100,11 +100,11 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
     Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
     double limit = structure.condensed_step(t, settings_.accuracy);
     if (limit == 0) return 0;
-    // Motion that stays below the accuracy has no period to keep.
+    // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps, least of all.
     const double omega = std::sqrt(12 * settings_.accuracy) / limit;
     double fastest = 0;
     for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].index->surface().velocities) fastest = std::max(fastest, v.norm());
-    if (fastest <= 0.1 * settings_.accuracy * length_ * omega) limit = std::max(limit, 0.8 / omega);
+    if (fastest <= 0.1 * settings_.accuracy * length_ * omega) limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
     if (settings_.fixed_step <= 0) longest = std::min(longest, limit);
   }

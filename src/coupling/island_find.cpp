@@ -194,7 +194,7 @@ void IslandStepper::look(std::size_t i) {
   if (far_apart(model_, state_, pair, margin)) return;
   if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
     watches_[i].forget();
-    find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i]);
+    find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], condensed_);
     if (in_heap()) leave_out(i);
     return;
   }

@@ -98,6 +98,7 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
     const double length = condensed_length(trial.start, duration, remaining, h);
     condensed_ = length > 0;
     if (condensed_) h = length;
+    else found_for_ = -1;   // a bed then stands on other points
   }
   if (!condensed_) skins_.clear();
   if (with_structure && !condensed_) h = structure_step(duration, h);

@@ -196,12 +196,12 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
 }
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
-                  double margin, const ContactHistory& history, std::vector<Touch>& out) {
+                  double margin, const ContactHistory& history, std::vector<Touch>& out, bool tilts) {
   if (presses_on_bed(m, env, pair)) {
     const std::size_t first = out.size();
     const auto kb = static_cast<std::size_t>(pair.b);
     const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];
-    find_bed(part.index->surface(), *part.index, pair, env.laws(part.material, m.blocks[kb].material), *m.blocks[kb].shape, dda::pose(s, pair.b), margin, history[kb], out);
+    find_bed(part.index->surface(), *part.index, pair, env.laws(part.material, m.blocks[kb].material), *m.blocks[kb].shape, dda::pose(s, pair.b), margin, history[kb], tilts, out);
     finish_bed(m, s, env, pair, history[kb], std::span(out).subspan(first));
     return;
   }

@@ -57,6 +57,7 @@ struct Touch {
   double stored = 0;             // energy of its springs at the start, as the ledger counts it [J]
   double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
+  double of_part = 1;            // share of its part of a bed that one of several points carries
   bool broken = false;
   bool glued = false;            // closed since the start, or one of a pair that is: it holds in tension too
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
@@ -108,9 +109,9 @@ void find_points(const dda::Model&, const dda::State&, const Environment&, const
 void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, std::span<const FoundPoint> points,
                   const ContactHistory&, std::vector<Touch>& out);
 
-/// Appends all touches of the pair with gap <= margin at the present state.
+/// Appends all touches of the pair with gap <= margin at the present state. `tilts`: parts of a bed stand on four points each (touch_bed.hpp).
 void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
-                  const ContactHistory&, std::vector<Touch>& out);
+                  const ContactHistory&, std::vector<Touch>& out, bool tilts = false);
 
 /// Two structures that may touch: the nodes of b's skin against the faces of a's.
 struct SurfacePair {

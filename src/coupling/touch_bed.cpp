@@ -4,8 +4,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "contact/skin_bed.hpp"
+#include "coupling/touch_tilt.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -172,6 +174,24 @@ void go_on_from(const ContactMemory& last, Touch& t) {
   t.persistent = !last.force.isZero(0);
 }
 
+/// The same part on four points.
+void stand_on_points(const TriangleSurface& skin, const Touch& whole, const contact::Footprint& part, const FaceBed& face, double limit, std::vector<Touch>& out) {
+  Touch point = whole;
+  point.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, whole.at.normal, part.deepest, 0.25 * whole.law->normal_stiffness, limit, face.deepest, face.crushed);
+  for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored}) *shared *= 0.25;
+  point.warm *= 0.25;
+  point.of_part = 0.25;
+  bool first = true;
+  for (const Vec3& offset : tilt_points(part, whole.at.point_a, whole.at.normal, limit)) {
+    point.at.point_a = whole.at.point_a + offset;
+    point.at.face_a = contact::triangle_of_face(skin, part.triangle, point.at.point_a);
+    point.at.point_a = whole.at.point_a + offset;   // also beside the face
+    point.at.point_b = whole.at.point_b + offset;
+    out.push_back(point);
+    if (std::exchange(first, false)) point.craters.clear();
+  }
+}
+
 }  // namespace
 
 bool is_bed(const ContactLaw& law) {
@@ -200,8 +220,20 @@ void keep_craters(std::span<const Touch* const> touches, int block, std::vector<
   }
 }
 
+void add_point(const ContactMemory& point, ContactMemory& part) {
+  part.force += point.force;
+  const double stiffness = part.stiffness + point.stiffness;
+  if (stiffness > 0) part.shear += point.stiffness / stiffness * (point.shear - part.shear);
+  part.stiffness = stiffness;
+  part.normal_energy += point.normal_energy;
+  part.shear_energy += point.shear_energy;
+  part.crushed = std::max(part.crushed, point.crushed);
+  part.indentation = std::max(part.indentation, point.indentation);
+  part.broken = part.broken && point.broken;
+}
+
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
-              const std::vector<ContactMemory>& memory, std::vector<Touch>& out) {
+              const std::vector<ContactMemory>& memory, bool tilts, std::vector<Touch>& out) {
   thread_local std::vector<contact::Footprint> parts;
   parts.clear();
   const bool crushes = law.kind == ContactLaw::Kind::crushing;
@@ -222,7 +254,8 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
       const auto past = recall(memory, pair.a.id(), t.at.key, 1);
       if (!past.empty()) go_on_from(past.front(), t);
       if (&part == &face.parts.front()) t.craters = face.craters;
-      out.push_back(std::move(t));
+      if (tilts && part.deepest > 0) stand_on_points(skin, t, part, face, limit, out);
+      else out.push_back(std::move(t));
     }
 }
 

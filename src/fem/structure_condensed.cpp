@@ -85,7 +85,7 @@ double FemStructure::condensed_step(double t, double accuracy) {
     const double ringing = struck_.empty() ? ringing_step(t) : longest;
     if (ringing < std::min(longest, critical_step_)) return 0;   // explicit steps cost less
     longest = std::min(longest, ringing);
-  } else if (longest < critical_step_ || !loads_hold(t - quarter, t + quarter)) {   // what it gains is the island's to judge: contacts shorten explicit steps, rest lengthens this one
+  } else if (!loads_hold(t - quarter, t + quarter)) {   // what it gains is the island's to judge: contacts shorten explicit steps, rest lengthens this one
     return 0;
   }
   forces(t);
@@ -116,7 +116,7 @@ Condensed& FemStructure::condensed(double h) {
   }
   if (c.levels.size() >= (n > large_system ? most_large_levels : most_levels)) c.levels.erase(c.levels.begin());
   const double phase = lowest_frequency() * key;
-  const double delta = spec_.damping_ratio > 0 ? 0.1 * phase * phase : 0.0;   // damping of the first mode 0.1 phase^3
+  const double delta = spec_.damping_ratio > 0 ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
   const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
   c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, theta, scale, {}}));
   return c;

@@ -75,6 +75,38 @@ TEST(Condensed, BlockComesToRestOnABeam) {
   expect_balance(o);
 }
 
+/// Springs of 60 GPa/m between a deck that sags and a block that stands on its edges: what tilts there, cells and block, is stiff by the columns.
+TEST(Condensed, BlockOnLinesOfTheMeshComesToRest) {
+  SceneText s(Method::by_accuracy(1e-3), 0.5, Vec3(0, 0, -9.81));
+  s.history(0.005).material("deck", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25").interface("rock", "deck", 0.5, "normal_stiffness = \"60 GPa/m\"");
+  s.box("B", Vec3::Constant(0.5), Vec3(1, 0, 0.5), "deformable = true\n");
+  s.raw(structure_box("deck", Vec3(6, 0.3, 0.5), Vec3::Zero(), {24, 2, 4}, "deck",
+      "support = [{ line = [[-3, -0.15, 0], [-3, 0.15, 0]] }, { line = [[3, -0.15, 0], [3, 0.15, 0]], held = \"yz\" }]\npreload = \"gravity\"\ndamping_ratio = 0.1\n"));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  EXPECT_GT(o.result.counters.condensed_steps, 50);
+  const double whole = (2600 * 0.125 + 2500 * 0.9) * 9.81;
+  EXPECT_NEAR(-o.last().structures[0].base_force.z() / whole, 1, 3e-3);   // the deck still swings
+  EXPECT_LT(o.last().ledger.kinetic, 1e-4);
+  double made = 0;
+  for (const sim::HistoryRow& r : o.rows) made = std::max(made, -r.ledger.algorithmic);
+  EXPECT_LT(made, 0.01 * 1.56);   // of the fall onto the sagging deck
+  expect_balance(o);
+}
+
+/// A squat footing, whose first period is a few stable steps: what rests on it sleeps all the same.
+TEST(Condensed, BlockSleepsOnAFooting) {
+  SceneText s(Method::by_accuracy(1e-3), 1, Vec3(0, 0, -9.81), "until = \"rest\"\n");
+  s.history(0.005).material("footing", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25").interface("rock", "footing", 0.5, "normal_stiffness = \"25 GPa/m\"");
+  s.box("B", Vec3::Constant(0.6), Vec3(0.03, 0.02, 0.5), "deformable = true\n");
+  s.raw(structure_box("footing", Vec3(1.6, 1.6, 0.4), Vec3::Zero(), {4, 4, 1}, "footing", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.1\n"));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  EXPECT_EQ(o.result.status, "at rest");
+  EXPECT_NEAR(-o.last().structures[0].base_force.z() / ((2600 * 0.216 + 2500 * 1.024) * 9.81), 1, 1e-6);
+  EXPECT_LT(o.result.counters.structure_steps, 1000);
+}
+
 TEST(Condensed, MassOnASpringOscillatesAtItsFrequency) {
   const Outcome o = run_scene(Column{.step = 1e-3}.text());
   ASSERT_TRUE(o.ok());
