@@ -93,11 +93,11 @@ bool Interior::settle(const InteriorOptions& options, Progress& progress) {
   settled_ = p_;
   settled_v_ = vp_;
   double after = INFINITY;
-  for (int round = 0; round < 3; ++round) {
+  for (int round = 0; round < 6; ++round) {
     local_.run(*system_, settled_, settled_v_, options.tolerance, options.sweeps);
     system_->velocities(settled_, settled_v_);
     after = system_->residual(settled_v_, settled_);
-    if (after <= options.tolerance || after > 2 * options.tolerance) break;   // so near, they cost less than the path
+    if (after <= options.tolerance || after > 3 * options.tolerance) break;   // so near, they cost less than the path
   }
   if (after < progress.least) {
     progress.least = after;

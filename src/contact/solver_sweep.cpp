@@ -163,13 +163,13 @@ void LocalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<do
   const int nc = system.contacts();
   pending_.assign(nc, 0);
   visits_.assign(nc, 0);
-  const double change_that_counts = 0.05 * tolerance;
+  const double change_that_counts = part_that_counts * tolerance;
   mark(system, p, v, change_that_counts);
   const long most = static_cast<long>(budget) * nc;
   long visits = 0, last = nc;   // in all, in the last round
   for (int round = 0; visits < most; ++round) {
     if (last == 0) {   // many changes too small to count may add up
-      if (!mark(system, p, v, 0.7 * tolerance)) return;
+      if (!mark(system, p, v, change_that_counts)) return;
       visits += nc / 4;
       last = nc;
     }

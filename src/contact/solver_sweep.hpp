@@ -18,9 +18,10 @@ Vec3 solve_one(const Touch& t, const Vec3& q, const Vec3& p, SlipAccuracy accura
 /// `sweeps` passes, forward and backward in turn. v must be v(p); both are updated.
 void sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, int sweeps);
 
-/// Gauss-Seidel where it is still needed: a contact is visited again only after its own impulse or that of a neighbour has changed by more
-/// than a small part of the tolerance. Few contacts that are far off cost little, however large the problem. Some would go round in a cycle,
-/// since exact Coulomb has no energy that every visit lowers: from the 10th visit on a contact with friction takes half its step.
+/// Gauss-Seidel where it is still needed: a contact is visited again only after its own impulse or that of a neighbour has changed by most of
+/// the tolerance. Few contacts that are far off cost little, however large the problem, and what is right stays where it is, which ends the
+/// play of neighbours against each other. Some would go round in a cycle, since exact Coulomb has no energy that every visit lowers: from the
+/// 10th visit on a contact with friction takes half its step.
 class LocalSweeps {
  public:
   /// From p with v = v(p), both updated, until nothing is left to visit or `budget` visits per contact are spent on the average.
@@ -28,6 +29,7 @@ class LocalSweeps {
 
  private:
   static constexpr int undamped_visits = 10;
+  static constexpr double part_that_counts = 0.7;   // of the tolerance: a change or a residual above it
   static constexpr long few = 1000;     // visits of a round that are not worth a second thread
   bool mark(const System& system, const std::vector<Vec3>& p, const std::vector<double>& v, double limit);
   void fetch(const System& system, int contact, int way) const;
