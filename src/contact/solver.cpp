@@ -131,7 +131,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     work_->normal.run(system, search.p, search.v, tolerance, 300);
     system.velocities(search.p, search.v);
     search.consider(search.p, search.v, system.residual(search.v, search.p));
-  } else if (search.best > tolerance) {
+  } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
     sweeps(search, tolerance, report);
   }
   if (search.best > tolerance) {

@@ -313,7 +313,7 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
   for (int it = 0; count_ > 0; ++it) {
     const double complementarity = measure();
     const double residual = system.residual(vp_, p_);
-    if (options.sweeps > 0 && it >= progress.next_settling && residual > options.tolerance && complementarity < 25 * tolerance_sq) {
+    if (options.sweeps > 0 && it >= progress.next_settling && residual > options.tolerance && complementarity < 40 * tolerance_sq) {
       if (settle(options, progress)) break;
       progress.next_settling = it + 3;
     }

@@ -131,9 +131,8 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   hessian_.prepare(system);
   const bool small = system.n <= 48;
-  // Large islands whose warm start is off by more than this change too many regions for Newton's method: straight to the path.
-  const bool near = small || best <= 1e-4 * settings.velocity_scale;
-  if (near && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+  // From farther off straight to the path.
+  if ((small || best <= near * settings.velocity_scale) && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
 
   // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last impulses, a path does not.
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;

@@ -13,6 +13,8 @@ namespace talus::contact::detail {
 
 class Search {
  public:
+  /// Part of the velocity scale: large problems whose warm start is off by more change too many regions for Newton's method.
+  static constexpr double near = 1e-4;
   System system;
   std::vector<Vec3> p, best_p;     // the point at hand and the best so far
   std::vector<double> v, best_v;   // their velocities

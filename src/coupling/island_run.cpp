@@ -10,6 +10,9 @@ namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
 
+/// The longest of equal parts of a time that is at most h [s].
+double equal_part(double time, double h) { return h < time ? time / std::ceil(time / h - 1e-9) : time; }
+
 bool hard_alone(const std::vector<Touch>& touches) {
   return std::all_of(touches.begin(), touches.end(), [](const Touch& t) { return t.stiffness == 0; });
 }
@@ -89,8 +92,9 @@ IslandReport IslandStepper::run(double t, double duration) {
 double IslandStepper::next_length(const Trial& trial, double duration, double longest) {
   const bool with_structure = !island_->structures.empty();
   const double remaining = trial.remaining;
-  const double expected =
-      std::min(remaining, suggested_ > 0 ? (with_structure && !condensed_ ? lengthening : 1.0) * suggested_ : step_limit(remaining, trial.lumped));
+  // No farther than the step will reach: what the last one's projection found then serves again.
+  const double expected = suggested_ > 0 ? std::min(remaining, (with_structure && !condensed_ ? lengthening : 1.0) * suggested_)
+                                         : equal_part(remaining, step_limit(remaining, trial.lumped));
   if (with_structure && !condensed_ && suggested_ > 0) follow_skins(expected);
   find(expected);
   double h = step_limit(remaining, trial.lumped);
@@ -103,8 +107,7 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   if (!condensed_) skins_.clear();
   if (with_structure && !condensed_) h = structure_step(duration, h);
   h = std::min({h, remaining, longest});
-  if (h < remaining && !condensed_) h = remaining / std::ceil(remaining / h - 1e-9);
-  return h;
+  return condensed_ ? h : equal_part(remaining, h);
 }
 
 double IslandStepper::step_limit(double remaining, bool lumped) const {
