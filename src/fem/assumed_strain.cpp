@@ -45,7 +45,7 @@ void turn(const double* axes, bool back, double half, Points* e) {
 
 AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson(nu), turned(false) {
   double volume = 0;
-  for (int q = 0; q < 8; ++q) volume += weight[q] = jacobian(mesh, cell, gauss_point(q)).determinant();
+  for (int q = 0; q < 8; ++q) volume += weight[q] = point_jacobian(mesh, cell, q).determinant();
   for (double& w : weight) w /= volume;
   const Mat3 r = cell_axes(mesh, cell);
   turned = !r.isIdentity(1e-14);
@@ -108,7 +108,7 @@ ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, dou
   double volume = 0;
   std::array<double, 8> weight{};
   for (std::size_t q = 0; q < 8; ++q) {
-    const Mat3 j = jacobian(mesh, cell, gauss_point(static_cast<int>(q)));
+    const Mat3 j = point_jacobian(mesh, cell, static_cast<int>(q));
     const Mat3 to_axes = axes.transpose() * j.inverse().transpose();
     weight[q] = j.determinant();
     volume += weight[q];

@@ -76,7 +76,7 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
       std::array<Vec3, 8> mean;
       mean.fill(Vec3::Zero());
       for (int q = 0; q < 8; ++q) {
-        const Mat3 j = jacobian(*mesh_, cell, gauss_point(q));
+        const Mat3 j = point_jacobian(*mesh_, cell, q);
         const Mat3 inverse_t = j.inverse().transpose();
         const double weight = j.determinant();
         volume += weight;

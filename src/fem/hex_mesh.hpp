@@ -49,6 +49,8 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int
 
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);
+/// The same at Gauss point q.
+Mat3 point_jacobian(const HexMesh& mesh, int cell, int q);
 /// The cell's own axes: the rotation nearest to the directions of its Jacobian at the centre, as columns. Exactly 1 for a brick.
 Mat3 cell_axes(const HexMesh& mesh, int cell);
 /// Values of the eight shape functions.

@@ -99,7 +99,7 @@ void FemStructure::set_masses() {
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
     for (int q = 0; q < 8; ++q) {
       const std::array<double, 8> shape = shape_values(gauss_point(q));
-      const double w = spec_.density * jacobian(mesh_, cell, gauss_point(q)).determinant();
+      const double w = spec_.density * point_jacobian(mesh_, cell, q).determinant();
       for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
     }
   if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
