@@ -204,7 +204,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
   c.friction = law.friction;
-  if (!t.broken && t.at.area > 0) {
+  const bool apart = with_structure && !t.glued && t.at.gap > near_gap();   // rows at a structure reach ahead of what touches
+  if (!t.broken && t.at.area > 0 && !apart) {
     c.cohesion = (law.cohesion + t.bond_cohesion) * t.at.area * h;
     if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
   }
@@ -219,10 +220,10 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       t.theta = 1;
       if (with_structure && condensed_) {
         c.bias = u_end - u_ref;
-        c.bias[0] += approach_left(t, h);
+        if (!t.glued) c.bias[0] += approach_left(t, h);
         break;
       }
-      c.bias[0] = (gap_ref - (with_structure ? left_inside(t.at.gap, h) : 0.0)) / h - u_ref[0];
+      c.bias[0] = (gap_ref - (!with_structure ? 0.0 : t.glued ? t.at.gap : left_inside(t.at.gap, h))) / h - u_ref[0];   // what is bonded stays where it is
       if (!first_pass) c.bias.tail<2>().setZero();
       if (with_structure) break;
       // The step ends at x + h v^+ (apply): what the linearisation's own displacement has beyond h v_ref is taken off. A crossing is

@@ -17,10 +17,12 @@ void CoupledSystem::glue() {
   std::vector<Touch> touches;
   for (const Island& island : at_start.islands)
     for (const CandidatePair& pair : island.pairs) {
-      if (pair.a.kind == Partner::Kind::structure) continue;
       touches.clear();
-      const double touching = 1e-6 * model_.blocks[static_cast<std::size_t>(pair.b)].shape->radius;
-      find_touches(model_, state_.blocks, env_, pair, touching, state_.contacts, touches);
+      const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
+      const bool at_skin = pair.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
+      std::vector<FoundPoint> points;   // of a bed as well: bonds on a structure are hard
+      find_points(model_, state_.blocks, env_, pair, at_skin ? bond_gap(shape) : 1e-6 * shape.radius, points);
+      make_touches(model_, state_.blocks, env_, pair, points, state_.contacts, touches);
       auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
       for (Touch& t : touches) {
         t.glued = true;

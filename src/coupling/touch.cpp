@@ -76,6 +76,16 @@ bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t par
   return std::any_of(memory.begin(), memory.end(), [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
 }
 
+/// The same on a structure, whose nodes come and go: where what was known nearest still holds, and has not parted (`near` [m]).
+bool glued_nearby(const std::vector<ContactMemory>& memory, std::uint64_t partner, const contact::ContactPoint& p, double near) {
+  if (p.gap > near) return false;
+  const ContactMemory* nearest = nullptr;
+  const auto distance = [&](const ContactMemory& m) { return (m.place - p.point_a).squaredNorm(); };
+  for (const ContactMemory& m : memory)
+    if (m.partner == partner && (m.glued || m.broken) && (nearest == nullptr || distance(m) < distance(*nearest))) nearest = &m;
+  return nearest != nullptr && nearest->glued;
+}
+
 /// A pair that was born overlapping and has not parted since: what lies inside is hard contact from where it is, so that nothing is pushed
 /// apart and no spring starts loaded.
 void spare_newborn(std::span<Touch> touches, const std::vector<ContactMemory>& memory, std::uint64_t partner) {
@@ -160,6 +170,8 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
+  const bool at_structure = pair.a.kind == Partner::Kind::structure;
+  const bool bonded = at_structure && glued_elsewhere(memory, partner);   // the bond is hard, and so are its ruins until it has given way everywhere
   std::vector<const ContactMemory*> last_of;
   for (const FoundPoint& found : points) {
     const contact::ContactPoint& p = found.at;
@@ -180,12 +192,11 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     }
     t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
-    if (last == nullptr) t.glued = glued_elsewhere(memory, partner);
-    if (pair.a.kind == Partner::Kind::structure) t.glued = !t.broken;   // a skin's nodes come and go
+    if (last == nullptr) t.glued = at_structure ? bonded && glued_nearby(memory, partner, p, bond_gap(shape_b)) : glued_elsewhere(memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
-    set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
+    if (!bonded) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring
-    if (pair.a.kind == Partner::Kind::structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[static_cast<std::size_t>(pair.a.index)]);
+    if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[static_cast<std::size_t>(pair.a.index)]);
     out.push_back(t);
     last_of.push_back(last);
   }
@@ -197,7 +208,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
                   double margin, const ContactHistory& history, std::vector<Touch>& out, bool tilts) {
-  if (presses_on_bed(m, env, pair)) {
+  if (presses_on_bed(m, env, pair) && !glued_elsewhere(history[static_cast<std::size_t>(pair.b)], pair.a.id())) {
     const std::size_t first = out.size();
     const auto kb = static_cast<std::size_t>(pair.b);
     const StructurePart& part = env.structures[static_cast<std::size_t>(pair.a.index)];

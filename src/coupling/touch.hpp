@@ -70,7 +70,7 @@ struct Touch {
   double bond_cohesion = 0, bond_tension = 0;   // rock bridge [Pa]
   /// Tension that the bond holds, cut off where the cone of friction and cohesion ends; 0: none, or broken [N].
   double bond() const;
-  /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses.
+  /// A linear spring under a bond, between blocks or at what stands fast: it pulls as it presses. On a structure a bond is hard, whatever the law.
   bool pulls() const { return glued && stiffness > 0 && a.kind != Partner::Kind::structure && law->kind == ContactLaw::Kind::linear && bond() > 0; }
   // filled by the assembly
   Vec3 normal = Vec3::UnitZ();   // at mid-step
@@ -88,6 +88,9 @@ inline double pull_energy(const Touch& t, double depth) { return 0.5 * t.normal_
 
 /// Deterministic right-handed frame with n as first column.
 Mat3 contact_frame(const Vec3& n);
+
+/// Gap up to which a block counts as bonded to the skin of a structure from the start, and is held where it is: gravity's preload has moved the skin [m].
+inline double bond_gap(const Polyhedron& block) { return 1e-3 * block.radius; }
 
 /// A candidate pair from the broad phase.
 struct CandidatePair {

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "verify/impact_text.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -79,6 +80,31 @@ TEST(Bonds, ChainOfBlocksSwings) {
     EXPECT_NEAR(r.ledger.residual, 0, 1e-9 * weight) << r.time;
   }
   EXPECT_LT(std::abs(o.last().ledger.algorithmic), 0.5 * links * weight * sag);
+}
+
+/// A cube of 0.5 m against a slab of a structure held on top, from below or (`thrown`) from afar.
+std::string under_a_slab(const std::string& stiffness, double strength, double below, double speed) {
+  SceneText s(Method::by_accuracy(1e-3), 0.15);
+  s.history(5e-3).material("slab", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2500);
+  s.interface("rock", "slab", 0.5, fmt::format("tension = {0}\ncohesion = {0}\nnormal_stiffness = \"{1}\"", strength, stiffness));
+  s.box("B", Vec3::Constant(0.5), Vec3(0.03, 0.02, -0.45 - below), velocity(Vec3(0, 0, speed)));
+  return s.raw(structure_box("slab", Vec3(1, 1, 0.4), Vec3::Zero(), {4, 4, 1}, "slab", "support = [\"+z\"]\npreload = \"none\"\ndamping_ratio = 0.3\n")).str();
+}
+
+TEST(Bonds, HoldOnAStructureWhateverTheLaw) {
+  const double block = 0.125 * 2500 * g, slab = 0.4 * 2500 * g;
+  for (const char* kind : {"hard", "1e10 Pa/m", "1e9 N/m"}) {
+    const Outcome held = run_scene(under_a_slab(kind, 1e5, 0, 0));
+    ASSERT_TRUE(held.ok());
+    EXPECT_NEAR(held.last().position[0].z(), -0.45, 1e-5) << kind;
+    EXPECT_NEAR(-held.last().structures[0].base_force.z(), block + slab, 1e-3 * block) << kind;
+    const Outcome torn = run_scene(under_a_slab(kind, 0.5 * block / 0.25, 0, 0));   // half of what the weight asks for
+    ASSERT_TRUE(torn.ok());
+    EXPECT_LT(torn.last().position[0].z(), -0.5) << kind;
+    const Outcome later = run_scene(under_a_slab(kind, 1e6, 0.02, 1));
+    ASSERT_TRUE(later.ok());
+    EXPECT_LT(later.last().position[0].z(), -0.5) << kind;
+  }
 }
 
 }  // namespace
