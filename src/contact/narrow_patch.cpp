@@ -30,7 +30,7 @@ void gather(const Polyhedron& p, const Vec3& centre, const Mat3& F, const Box3& 
     q.n = normal[q.face];
     q.level = q.n.dot(a);
     for (int k = 0; k < 3; ++k) {
-      q.sharp[k] = false;
+      q.sharp[k] = q.rim[k] = false;
       const int v0 = v[k], v1 = v[(k + 1) % 3];
       for (int i = p.vertex_edge_offset[v0]; i < p.vertex_edge_offset[v0 + 1]; ++i) {
         const auto& e = p.edges[p.vertex_edges[i]];
@@ -121,6 +121,7 @@ void gather(const SurfaceIndex::Impl& s, const Vec3& origin, const Box3& box, Pa
       const int h = 3 * t + k;
       const int kind = side_kind(h);
       q.sharp[flip ? 2 - k : k] = kind > 0;
+      q.rim[flip ? 2 - k : k] = s.twin[h] < 0;
       if (kind > 0 && (kind == 2 || h < s.twin[h])) {
         const int w = s.twin[h];
         const Vec3 a = X[v[k]] - origin, b = X[v[(k + 1) % 3]] - origin;

@@ -14,6 +14,7 @@ struct Patch {
     int face;        // key; equal for coplanar neighbours
     Vec3 a, b, c, n;
     bool sharp[3];   // side k is a convex edge or a rim
+    bool rim[3];     // side k ends the surface
     double level;    // n . a
   };
   struct Edge {

@@ -47,6 +47,16 @@ Vec3 closest_on_triangle(const Patch::Triangle& t, const Vec3& x, bool& interior
   return best;
 }
 
+/// True if x, which is nearest to y on a side of the triangle, lies past the end of the surface there: neither before it nor behind.
+bool past_rim(const Patch::Triangle& t, const Vec3& x, const Vec3& y, double touch) {
+  const Vec3* p[3] = {&t.a, &t.b, &t.c};
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 e = *p[(k + 1) % 3] - *p[k], across = e.cross(t.n).normalized();
+    if (t.rim[k] && std::abs(across.dot(y - *p[k])) <= touch && across.dot(x - *p[k]) > touch) return true;
+  }
+  return false;
+}
+
 /// Nearest point of a surface to x, and the sum of the normals of the triangles that share it.
 struct Nearest {
   double distance = infinity;
@@ -223,6 +233,7 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       admitted = -h, t_admitted = &t, foot_admitted = y;
   }
   if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
+  if (pseudo == t_near->n && past_rim(*t_near, v.x, foot_near, s.touch)) return;
   // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
   const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
   if (nearest <= s.touch && (out.size() > start || far)) return;

@@ -224,9 +224,9 @@ bool IslandStepper::locate_event(double& h, int passes) {
   std::vector<std::pair<std::uint64_t, int>> closed_pairs;
   for (const Touch& t : start)
     if (t.row >= 0) closed_pairs.emplace_back(t.a.id(), t.b);
-  // In closed contact one feature may take the place of another, deep as it is: that crosses nothing.
+  // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What sank by more than half of its depth did.
   const auto swapped = [&](const Touch& t) {
-    return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < -10 * touch_gap();
+    return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
   };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };

@@ -71,7 +71,7 @@ void triangulate_grid(const Raster& r, const TerrainOptions& options, const std:
     out.warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain",
                             .value = fmt::format("{} of {} nodes", missing, number.size()),
                             .rule = "NODATA: the terrain has holes or a ragged edge there",
-                            .remedy = "a block that gets there stops the run; fill the grid if that matters"});
+                            .remedy = "the ground ends there in walls, and a block that gets there falls; fill the grid if that matters"});
 }
 
 /// Heights that stand out, in the grid as it is in the file.

@@ -47,6 +47,7 @@ std::unique_ptr<World> Builder::build() {
   for (const scene::Block& b : s.blocks) add_block(b);
   single_blocks_ = model_.blocks.size();
   add_rock_mass();
+  index_terrain();
   refuse_what_is_missing();
   check_ground();
   env_.planes = s.planes;

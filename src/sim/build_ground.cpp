@@ -1,6 +1,11 @@
 #include "sim/builder.hpp"
 
+#include <algorithm>
+#include <limits>
+
 #include <fmt/format.h>
+
+#include "geometry/terrain_walls.hpp"
 
 namespace talus::sim {
 
@@ -13,10 +18,30 @@ void Builder::add_terrain() {
   }
   if (!terrain_) return;
   for (const Problem& w : terrain_->warnings) world_->scene.warnings.push_back(w);
-  env_.terrain = std::make_unique<contact::SurfaceIndex>(terrain_->surface);
   if (terrain_->decimation_reached > 0)
     world_->notes.push_back(fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.", terrain_->surface.triangles.size(),
                                         terrain_->triangles_read, terrain_->decimation_reached));
+}
+
+void Builder::index_terrain() {
+  if (!terrain_) return;
+  // The walls reach below all that a block may touch before it has left the model.
+  double lowest = std::numeric_limits<double>::infinity(), radius = 0;
+  Eigen::AlignedBox2d plan;
+  for (const Vec3& v : terrain_->surface.vertices) {
+    lowest = std::min(lowest, v.z());
+    plan.extend(Eigen::Vector2d(v.head<2>()));
+  }
+  for (const Plane& p : world_->scene.planes)
+    for (int k = 0; k < 4 && p.normal.z() > 1e-3; ++k) {
+      const Eigen::Vector2d corner = plan.corner(static_cast<Eigen::AlignedBox2d::CornerType>(k));
+      lowest = std::min(lowest, p.point.z() - p.normal.head<2>().dot(corner - p.point.head<2>()) / p.normal.z());
+    }
+  for (std::size_t i = 0; i < model_.blocks.size(); ++i) {
+    radius = std::max(radius, model_.blocks[i].shape->radius);
+    lowest = std::min(lowest, state_.blocks.c[i].z() - model_.blocks[i].shape->radius);
+  }
+  env_.terrain = std::make_unique<contact::SurfaceIndex>(geometry::with_border_walls(terrain_->surface, world_->scene.planes, lowest - 4 * radius));
 }
 
 void Builder::check_buried(std::size_t i) {

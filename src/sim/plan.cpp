@@ -164,7 +164,7 @@ std::vector<std::string> Simulation::plan() const {
   if (!w.paper)
     lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
   const coupling::Environment& env = w.system->environment();
-  if (env.terrain) lines.push_back(fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", env.terrain->surface().triangles.size()));
+  if (env.terrain) lines.push_back(fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", w.header.terrain.triangles.size()));
   else lines.push_back("Terrain: none; no raster library is loaded.");
   if (!env.planes.empty()) lines.push_back(fmt::format("Planes: {}, fixed.", env.planes.size()));
   if (env.structures.empty()) {
