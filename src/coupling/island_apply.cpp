@@ -107,7 +107,8 @@ void IslandStepper::apply(double h) {
       Vec12 d = Vec12::Zero();
       d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
       state_.c[k] += d.head<3>();
-      if (from_start_) state_.c[k] += 0.5 * h * h * model_.gravity;   // of free flow's own parabola only the velocity counts
+      // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls together falls as what falls alone.
+      if (from_start_) state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() / (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) * 0.5 * h * h * model_.gravity;
       if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
       if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
     }

@@ -206,7 +206,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   c.friction = law.friction;
   const bool apart = with_structure && !t.glued && t.at.gap > near_gap();   // rows at a structure reach ahead of what touches
   if (!t.broken && t.at.area > 0 && !apart) {
-    c.cohesion = (law.cohesion + t.bond_cohesion) * t.at.area * h;
+    c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * h;   // a bridge once lost is lost for good
     if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
   }
   switch (t.mode) {

@@ -75,6 +75,7 @@ bool IslandStepper::shortened(Trial& trial) {
     return true;
   }
   if (trial.lumped && may_shorten(trial) && ++trial.cuts <= 30 && met_others(trial)) return true;
+  if (island_->structures.empty() && settings_.fixed_step <= 0 && may_shorten(trial) && cut_at_break(trial)) return true;
   if (condensed_ && settings_.fixed_step <= 0) {
     const double error = condensed_error(trial.h);
     if (error > error_limit() && may_shorten(trial)) {
@@ -90,7 +91,7 @@ bool IslandStepper::shortened(Trial& trial) {
     restore();
     return true;
   }
-  if (cut_at_break(trial) || cut_at_settling(trial)) return true;
+  if (cut_at_settling(trial)) return true;
   return cut_at_stop(trial);
 }
 
@@ -128,12 +129,14 @@ bool IslandStepper::breaks(const Touch& t) const {
   return std::max(moves[0], moves.tail<2>().norm()) > 1e-9 * speed_;
 }
 
-/// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there.
+/// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in large islands to within the time in which
+/// something falls by the accuracy's part of its size.
 bool IslandStepper::cut_at_break(Trial& trial) {
-  const bool broken = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& t) { return t.row >= 0 && t.stiffness == 0 && breaks(t); });
-  if (!broken && trial.breaks == 0) return false;
+  const auto gives = [&](const Touch& t) { return t.row >= 0 && !t.impulse.isZero(0) && breaks(t); };   // what merely opens bears nothing
+  const bool broken = std::any_of(touches_.begin(), touches_.end(), gives);
+  if (!broken && (trial.breaks == 0 || trial.h <= trial.holds)) return false;
   (broken ? trial.breaks : trial.holds) = trial.h;
-  const double sharp = std::max(10 * settings_.min_step, 1e-3 * settings_.accuracy * length_ / speed_);   // [s]
+  const double sharp = std::max(10 * settings_.min_step, (trial.lumped ? 1 : 1e-3) * settings_.accuracy * length_ / speed_);   // [s]
   const bool found = trial.breaks - trial.holds <= sharp;
   if (found && broken) return false;
   restore();

@@ -26,7 +26,7 @@ void CoupledSystem::glue() {
       auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
       for (Touch& t : touches) {
         t.glued = true;
-        if (!(t.bond() > 0)) continue;
+        if (!(t.bond() > 0 || t.bond_cohesion > 0)) continue;
         if (t.pulls()) env_.bond_stretch = std::max(env_.bond_stretch, 2 * t.bond() / t.normal_law.stiffness);
         const auto known = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) { return m.partner == pair.a.id() && m.feature == t.at.key; });
         if (known != list.end()) continue;

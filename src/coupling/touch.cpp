@@ -71,9 +71,18 @@ int material_of(const dda::Model& m, const Environment& env, const Partner& a, i
   return 0;
 }
 
-/// A new contact of a pair that is glued elsewhere is part of the bond: it holds as well.
 bool glued_elsewhere(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
   return std::any_of(memory.begin(), memory.end(), [&](const ContactMemory& m) { return m.partner == partner && m.glued; });
+}
+
+/// A new contact of a pair that is glued elsewhere is part of the bond: it holds as well. One of a pair that has come loose is as loose.
+void join_pair(Touch& t, const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  for (const ContactMemory& m : memory) {
+    if (m.partner != partner) continue;
+    t.glued = t.glued || m.glued;
+    t.broken = t.broken || m.broken;
+  }
+  t.broken = t.broken && !t.glued;
 }
 
 /// The same on a structure, whose nodes come and go: where what was known nearest still holds, and has not parted (`near` [m]).
@@ -192,7 +201,8 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     }
     t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
-    if (last == nullptr) t.glued = at_structure ? bonded && glued_nearby(memory, partner, p, bond_gap(shape_b)) : glued_elsewhere(memory, partner);
+    if (last == nullptr && at_structure) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
+    if (last == nullptr && !at_structure) join_pair(t, memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
     if (!bonded) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring

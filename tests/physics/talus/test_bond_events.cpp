@@ -1,6 +1,7 @@
 // A bond breaks when its load passes its strength, not at the end of the step that this falls into.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 
 #include "verify/scene_text.hpp"
@@ -25,6 +26,37 @@ TEST(BondEvents, PulledBeyondItsStrengthBreaksAtOnce) {
 }
 
 TEST(BondEvents, PulledBelowItsStrengthHolds) { EXPECT_EQ(fallen(1.02 * density * g, 0.1), 0); }
+
+/// Fourteen cubes hang on each other, the uppermost bond too weak by 2 %: all fall as one, freely.
+TEST(BondEvents, LargeIslandFallsFromTheTimeOnThatItIsTornOff) {
+  constexpr int count = 14;
+  const double strength = 0.98 * density * g * count;
+  SceneText s(Method::by_accuracy(1e-3), 1);
+  s.history(0.1).material("rock", density).interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = " + number(strength) + "\ntension = " + number(strength));
+  s.box("b00", Vec3::Ones(), Vec3::Zero(), "fixed = true\n");
+  for (int i = 1; i <= count; ++i) s.box((i < 10 ? "b0" : "b") + std::to_string(i), Vec3::Ones(), Vec3(0, 0, -i));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  for (int i = 1; i <= count; ++i) EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].z() + i, -0.5 * g, 4e-3) << i;   // 0.16 where it held for a whole step
+  EXPECT_NEAR(o.last().ledger.algorithmic, 0, 1e-3 * o.last().ledger.kinetic);
+}
+
+/// A slab that slides on a beam across it, through which no cohesion holds after the first slip, whatever corners the two share.
+TEST(BondEvents, CohesionOfSpringsIsLostWhereItSlides) {
+  const double slope = M_PI / 6, friction = 0.3;
+  const Mat3 axes = slope_axes(slope);
+  for (const char* stiffness : {"\"hard\"", "\"1e9 Pa/m\""})
+    for (const double width : {1.0, 0.4}) {
+      SceneText s(Method::by_accuracy(1e-3), 0.8);
+      s.history(0.05).material("rock", density).interface("rock", "rock", friction, "normal_stiffness = " + std::string(stiffness) + "\ncohesion = 3e4");
+      s.box("beam", Vec3(6, 0.6, 0.5), axes * Vec3(2, 0, -0.25), "fixed = true\n" + turned(rotation_vector(axes)));
+      s.box("slab", Vec3(1, width, 0.2), axes * Vec3(0, 0, 0.1), velocity(axes.col(0)) + turned(rotation_vector(axes)));
+      const Outcome o = run_scene(s.str());
+      ASSERT_TRUE(o.ok());
+      const double slid = axes.col(0).dot(o.last().position[1] - o.rows.front().position[1]), free = 0.8 + 0.5 * g * (std::sin(slope) - friction * std::cos(slope)) * 0.64;
+      EXPECT_NEAR(slid, free, 1e-2 * free) << stiffness << ' ' << width;   // half of it where springs held for a whole step
+    }
+}
 
 /// Five deformable blocks hang under a fixed one, each glued to the next: they swing up and down on each other, and what swings is no impact that
 /// bonds of twenty-five times the load would have to bear.
