@@ -1,5 +1,9 @@
 #include <fmt/format.h>
 #include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
 
 #include "app/commands.hpp"
 #include "io/final_state.hpp"
@@ -9,11 +13,17 @@
 namespace talus::app {
 namespace {
 
-/// Largest resident set of this process so far [MB].
-double held_so_far() {
+struct Held {
+  double most = 0, now = 0;   // resident set of this process so far [MB]
+};
+Held held_so_far() {
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
-  return static_cast<double>(used.ru_maxrss) / 1024;
+  Held held;
+  held.most = held.now = static_cast<double>(used.ru_maxrss) * 1024e-6;
+  std::ifstream statm("/proc/self/statm");
+  if (long whole = 0, resident = 0; statm >> whole >> resident) held.now = static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) * 1e-6;
+  return held;
 }
 
 }  // namespace
@@ -29,8 +39,9 @@ int command_check(const Options& options) {
   const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");
   for (const std::string& line : simulation.plan()) fmt::print("  {}\n", line);
-  const double held = held_so_far();
-  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n", 1.05 * held + simulation.memory_of_run(), held);
+  const double added = simulation.memory_of_run();
+  const Held held = held_so_far();
+  fmt::print("  Memory: at most about {:.0f} MB, of which {:.0f} MB stand once the scene is built.\n", 1.05 * std::max(held.most, held.now + added), held.now);
   fmt::print("\n{}\n", warnings == 0 ? "No problems found." : fmt::format("No errors; {} warning{}.", warnings, warnings == 1 ? "" : "s"));
   return done;
 }

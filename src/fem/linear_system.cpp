@@ -141,6 +141,11 @@ CholeskyFactor::~CholeskyFactor() {
   cholmod_l_finish(&w.common);
 }
 
+std::size_t CholeskyFactor::bytes() const {
+  const cholmod_factor& f = *work_->factor;
+  return sizeof(double) * f.xsize + sizeof(SuiteSparse_long) * (f.ssize + 3 * f.nsuper + 3 * f.n);
+}
+
 void CholeskyFactor::solve(const double* b, double* x, int columns) const {
   Work& w = *work_;
   cholmod_dense rhs{};  // a view of the caller's numbers

@@ -50,6 +50,8 @@ class CholeskyFactor {
   CholeskyFactor& operator=(const CholeskyFactor&) = delete;
   /// `columns` right-hand sides at once, one after the other in memory.
   void solve(const double* b, double* x, int columns = 1) const;
+  /// Of its values and pattern.
+  std::size_t bytes() const;
 
  private:
   struct Work;

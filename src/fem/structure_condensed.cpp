@@ -19,17 +19,31 @@
 namespace talus::fem {
 
 struct Condensed {
+  struct Column {
+    MatX value;                              // A^-1 of a node's three directions, n x 3
+    long used = 0;                           // number of the last step that asked for it
+  };
   /// One length of step. All of it follows from the structure and h: what is kept between steps changes no result.
   struct Level {
     double h = 0;
     CholeskyFactor factor;                   // of K + shift M
     double theta = 0.5, scale = 0;           // A = scale (K + shift M)
-    std::unordered_map<int, MatX> column;    // A^-1 of a node's three directions, n x 3
+    std::unordered_map<int, Column> column;  // by node
   };
+  /// Lets go of the columns that the step at hand has not asked for.
+  void drop_idle_columns() {
+    for (const auto& level : levels) std::erase_if(level->column, [this](const auto& entry) { return entry.second.used < step; });
+  }
+  std::size_t columns() const {
+    std::size_t n = 0;
+    for (const auto& level : levels) n += level->column.size();
+    return n;
+  }
   SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
   long breaks = 0;                           // for which it was made
   std::vector<double> mass;                  // per free degree of freedom; 1 where none is left
   std::vector<std::unique_ptr<Level>> levels;   // the one in use last
+  long step = 0;
   // the step at hand
   VecX v_hat;
   std::vector<double> before;                // state at its start
@@ -38,9 +52,12 @@ struct Condensed {
 void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 
 namespace {
-constexpr std::size_t most_levels = 6, most_large_levels = 2;   // of more than so many degrees of freedom, whose factors fill the memory:
-constexpr int large_system = 20000;
-constexpr std::size_t most_columns = 32'000'000;   // doubles kept per level
+constexpr std::size_t least_levels = 2, most_levels = 6;
+constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
+constexpr std::size_t room_of_columns = 16'000'000;   // [bytes] of columns that are kept for later steps
+
+/// How many lengths of step keep their factor, of so many bytes each.
+std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels); }
 }  // namespace
 
 bool FemStructure::condensable() const {
@@ -114,7 +131,7 @@ Condensed& FemStructure::condensed(double h) {
     std::rotate(found, found + 1, c.levels.end());
     return c;
   }
-  if (c.levels.size() >= (n > large_system ? most_large_levels : most_levels)) c.levels.erase(c.levels.begin());
+  if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) c.levels.erase(c.levels.begin());
   const double phase = lowest_frequency() * key;
   const double delta = spec_.damping_ratio > 0 ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
   const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
@@ -123,16 +140,31 @@ Condensed& FemStructure::condensed(double h) {
 }
 
 const MatX& FemStructure::condensed_column(int node) {
-  Condensed::Level& level = *condensed_->levels.back();
-  const auto found = level.column.find(node);
-  if (found != level.column.end()) return found->second;
+  Condensed& c = *condensed_;
+  Condensed::Level& level = *c.levels.back();
   const int n = dofs_.size;
-  if (level.column.size() * 3 * static_cast<std::size_t>(n) > most_columns) level.column.clear();
+  const auto found = level.column.find(node);
+  if (found != level.column.end()) {
+    found->second.used = c.step;
+    return found->second.value;
+  }
+  if (c.columns() * 3 * static_cast<std::size_t>(n) * sizeof(double) > room_of_columns) c.drop_idle_columns();
   MatX unit = MatX::Zero(n, 3), column(n, 3);
   for (int k = 0; k < 3; ++k)
     if (const int d = dofs_.number[node][k]; d >= 0) unit(d, k) = 1 / level.scale;
   level.factor.solve(unit.data(), column.data(), 3);   // always three: the digits do not depend on what else is touched
-  return level.column.emplace(node, std::move(column)).first->second;
+  return level.column.emplace(node, Condensed::Column{std::move(column), c.step}).first->second.value;
+}
+
+double FemStructure::memory_of_steps() {
+  double bytes = damage_ ? 6e6 + 4e3 * static_cast<double>(mesh_.hexes.size()) : 0.0;   // pieces; history of the law where it is needed
+  if (partition_ || supports_.nodes.empty() || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
+  const double n = dofs_.size;
+  bytes += sizeof(double) * 2 * modes_ * n;   // modes, and the vectors that they are found with
+  if (!condensable()) return bytes;
+  const std::size_t factor_bytes = factor().bytes();
+  const double levels = static_cast<double>(levels_kept(factor_bytes));
+  return bytes + levels * static_cast<double>(factor_bytes) + std::min<double>(room_of_columns, sizeof(double) * levels * n * n);
 }
 
 void FemStructure::accept_laws() {
@@ -155,6 +187,7 @@ void FemStructure::predict_condensed(double t, double h) {
   if (!laws_taken_) accept_laws();
   laws_taken_ = true;
   Condensed& c = condensed(h);
+  ++c.step;
   c.before.clear();
   save(c.before);
   const int n = dofs_.size;

@@ -101,6 +101,7 @@ class FemStructure : public Structure {
   std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
+  double memory_of_steps() override;
   std::string plan() const override;
   std::vector<Fragment> take_fragments() override;
   void save(std::vector<double>& state) const override;
