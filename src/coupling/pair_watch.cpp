@@ -8,7 +8,8 @@ namespace talus::coupling {
 namespace {
 
 constexpr double carried_way = 1e-3;   // of the smaller radius: as far as points of a pair that touches are carried along
-constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks
+constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks,
+constexpr double steps_apart = 64;     // of a pair that was apart by then so many
 constexpr double skin_ahead = 0.15;    // of the block's radius: vertices of the skin so near are watched one by one
 
 bool at_skin(const Environment& env, const Partner& a) {
@@ -88,7 +89,8 @@ void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment
   if (holds && at_skin(env, pair.a)) holds = skin_of(env, pair.a).revision == revision_ && skin_path - skin_path_ + own_way(m, s, pair.b) <= skin_slack_;
   if (holds) {
     const double way = moved(m, s, env, pair);
-    holds = way + margin <= searched_ && (points_.empty() || way <= carried_way * smaller_radius(m, pair));
+    if (way + margin <= least_) return;   // nothing can have come so near
+    holds = way + margin <= searched_ && way <= carried_way * smaller_radius(m, pair);
   }
   if (!holds) search(m, s, env, pair, margin, reach, skin_path);
   carry(s, env, pair, margin, out);
@@ -97,12 +99,17 @@ void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment
 void PairWatch::search(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, double reach, double skin_path) {
   thread_local std::vector<FoundPoint> found;
   found.clear();
-  searched_ = margin + std::max(steps_ahead * reach, carried_way * smaller_radius(m, pair));
+  const bool apart = searched_ >= 0 && least_ > margin;
+  searched_ = margin + std::max((apart ? steps_apart : steps_ahead) * reach, carried_way * smaller_radius(m, pair));
   b_ = dda::pose(s, pair.b);
   if (pair.a.kind == Partner::Kind::block) a_ = dda::pose(s, pair.a.index);
   find_points(m, s, env, pair, searched_, found);
   points_.clear();
-  for (const FoundPoint& f : found) points_.push_back({f, Vec3::Zero(), Vec3::Zero()});
+  least_ = searched_;
+  for (const FoundPoint& f : found) {
+    points_.push_back({f, Vec3::Zero(), Vec3::Zero()});
+    least_ = std::min(least_, f.at.gap);
+  }
   if (!at_skin(env, pair.a)) return;
   const contact::SurfaceIndex& index = *env.structures[static_cast<std::size_t>(pair.a.index)].index;
   const TriangleSurface& surface = index.surface();

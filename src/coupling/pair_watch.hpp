@@ -32,6 +32,7 @@ class PairWatch {
   void carry(const dda::State&, const Environment&, const CandidatePair&, double margin, std::vector<FoundPoint>& out) const;
 
   double searched_ = -1;          // margin of the last search [m]; negative: none
+  double least_ = 0;              // least gap that it found, its margin where it found none [m]
   Pose a_, b_;                    // then
   std::vector<Kept> points_;
   std::vector<int> vertex_;       // of the skin, near the block

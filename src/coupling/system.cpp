@@ -19,6 +19,7 @@ namespace talus::coupling {
 namespace {
 
 constexpr std::size_t pairs_for_arena = 100;   // of an island whose loops may share threads
+constexpr double crowded_steps = 64;           // sub-steps of a structure in a stretch, among debris
 
 /// Union-find with the smallest index as root, so that the order of islands depends on the blocks alone.
 class Sets {
@@ -51,6 +52,18 @@ void drop_apart(const dda::Model& model, const dda::State& s, std::span<const do
     if (model.blocks[i].ndof() == 0 && model.blocks[j].ndof() == 0) return true;
     return contact::apart(*model.blocks[i].shape, dda::pose(s, pair.first), *model.blocks[j].shape, dda::pose(s, pair.second), near[i] + near[j]);
   });
+}
+
+/// Longest next stretch after one in which structures took sub-steps [s]; 0: any. All that may come near within a stretch is one island, which shares the
+/// structure's sub-steps: among more than a few blocks in motion a short stretch leaves most of them out.
+double crowd_limit(const dda::Model& model, const Environment& env, const std::vector<char>& asleep, int few) {
+  int awake = 0;
+  for (std::size_t i = 0; i < asleep.size(); ++i) awake += asleep[i] == 0 && model.blocks[i].ndof() > 0;
+  if (awake <= few) return 0;
+  double stable = std::numeric_limits<double>::infinity();
+  for (const StructurePart& s : env.structures)
+    if (s.stepped()) stable = std::min(stable, s.structure->critical_step());
+  return std::isfinite(stable) ? crowded_steps * stable : 0;
 }
 
 }  // namespace
@@ -435,6 +448,7 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
     // Several ranks stop between stretches: within one, each would see the signal at another step.
     const std::atomic<int>* within = ranks() == nullptr ? stop : nullptr;
     escapes_.clear();
+    const long sub_steps = sums_.counters.structure_steps;
     if (!stretch(duration, within, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
       if (within != nullptr && within->load() != 0) return false;
@@ -445,6 +459,9 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
     wider_.clear();
     state_.time = duration == remaining ? t : start + duration;
     state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
+    if (sums_.counters.structure_steps == sub_steps) continue;
+    const double limit = crowd_limit(model_, env_, state_.asleep, settings_.step.event_blocks);
+    if (limit > 0 && limit < settings_.longest_stretch && (state_.stretch == 0 || state_.stretch > limit)) state_.stretch = limit;
   }
   state_.time = t;
   return true;

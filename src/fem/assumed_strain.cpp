@@ -7,26 +7,37 @@ namespace {
 
 using Points = double[8];
 
+/// One stage of the two transforms below: pairs of numbers that differ in one bit.
+template <int stride, class Use>
+inline void each_two(double* v, Use use) {
+#pragma GCC unroll 8
+  for (int i = 0; i < 8; ++i)
+    if ((i & stride) == 0) use(v[i], v[i + stride]);
+}
+
+template <class Use>
+inline void all_stages(double* v, Use use) {
+  each_two<1>(v, use);
+  each_two<2>(v, use);
+  each_two<4>(v, use);
+}
+
 /// Sums over the points with the signs of the functions 0 to 7 (bits: xi, eta, zeta), in place.
-void walsh(double* v) {
-  for (int stride = 1; stride < 8; stride *= 2)
-    for (int i = 0; i < 8; ++i)
-      if ((i & stride) == 0) {
-        const double low = v[i], high = v[i + stride];
-        v[i] = low + high;
-        v[i + stride] = high - low;
-      }
+inline void walsh(double* v) {
+  all_stages(v, [](double& a, double& b) {
+    const double low = a, high = b;
+    a = low + high;
+    b = high - low;
+  });
 }
 
 /// From the functions' numbers to their sums at the points, in place.
-void at_points(double* v) {
-  for (int stride = 1; stride < 8; stride *= 2)
-    for (int i = 0; i < 8; ++i)
-      if ((i & stride) == 0) {
-        const double even = v[i], odd = v[i + stride];
-        v[i] = even - odd;
-        v[i + stride] = even + odd;
-      }
+inline void at_points(double* v) {
+  all_stages(v, [](double& a, double& b) {
+    const double even = a, odd = b;
+    a = even - odd;
+    b = even + odd;
+  });
 }
 
 /// The tensor R^T e R (or R e R^T: back) at each point; `half` of a shear's number is its component.

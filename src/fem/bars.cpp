@@ -74,26 +74,41 @@ std::vector<Vec3> Bars::positions(const double* u) const {
   return x;
 }
 
+void Bars::find_carrying(const std::vector<char>& live) {
+  carrying_stale_ = false;
+  carrying_.clear();
+  std::vector<char> at(node_.size(), slip_ != nullptr);
+  for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
+    const int cell = bars_.segments()[k].cell;
+    if (!live[cell] || (partition_ && !slip_ && !partition_->local_cells()[cell])) continue;
+    carrying_.push_back(static_cast<int>(k));
+    for (int n : bars_.host_nodes(k)) at[n] = 1;
+  }
+  carrying_node_.clear();
+  for (std::size_t i = 0; i < at.size(); ++i)
+    if (at[i]) carrying_node_.push_back(static_cast<int>(i));
+  next_ = old_;
+  next_strain_ = old_strain_;
+}
+
 void Bars::add_forces(const double* u, double h, const std::vector<char>& live, double* f) {
-  for (std::size_t i = 0; i < node_.size(); ++i) current_[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
-  std::fill(force_.begin(), force_.end(), 0.0);
+  if (carrying_stale_) find_carrying(live);
+  for (int i : carrying_node_) current_[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
+  for (int i : carrying_node_) std::fill_n(&force_[3 * static_cast<std::size_t>(i)], 3, 0.0);
   if (slip_) {
     bars_.host_strains(current_, host_);
     bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
   }
   const bool part = partition_ && !slip_;
-  if (part)
-    for (std::size_t cell = 0; cell < live.size(); ++cell) computed_[cell] = live[cell] && partition_->local_cells()[cell];
-  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), part ? computed_.data() : live.data(),
-                       slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
+  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
   evaluated_ = true;
-  for (std::size_t i = 0; i < node_.size(); ++i)
+  for (int i : carrying_node_)
     for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force_[3 * i + c];
 }
 
 void Bars::divide(Partition& partition) {
   partition_ = &partition;
-  computed_.assign(partition.local_cells().size(), 0);
+  carrying_stale_ = true;
 }
 
 void Bars::share_motion(AlignedVector& u) {
@@ -111,6 +126,7 @@ void Bars::share_states() {
     }
   const std::vector<double> all = partition_->collect(mine);
   for (std::size_t i = 0; i < all.size(); i += 1 + state_width) read_state(static_cast<std::size_t>(all[i]), &all[i + 1]);
+  carrying_stale_ = true;   // the next states of others' segments are to be these, too
 }
 
 void Bars::mark_nodes(std::vector<char>& touched) const {

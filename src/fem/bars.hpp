@@ -23,6 +23,8 @@ class Bars {
   /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for accept().
   void add_forces(const double* u, double h, const std::vector<char>& live, double* f);
   void accept();
+  /// To be called once cells have gone or come back, before the next forces.
+  void cells_changed() { carrying_stale_ = true; }
   /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums are those of own cells. With bond
   /// slip a bar is one piece, and every rank computes all of them; rank 0 counts them.
   void divide(Partition& partition);
@@ -78,7 +80,9 @@ class Bars {
   rebar::SlipField::Sums bond_;
   std::vector<double> host_;
   Partition* partition_ = nullptr;        // null: all segments here
-  std::vector<char> computed_;
+  void find_carrying(const std::vector<char>& live);
+  std::vector<int> carrying_, carrying_node_;   // segments in live (local) cells, their hosts' nodes: those that are computed. Of a broken viaduct few
+  bool carrying_stale_ = true;
 };
 
 }  // namespace talus::fem

@@ -220,18 +220,14 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
 }
 
 EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive,
+                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const std::vector<int>* which,
                                         std::span<const double> slip_strain, const char* counted) const {
   Sums sums;
-  for (std::size_t k = 0; k < compact_.size(); ++k) {
+  for (std::size_t i = 0, count = which ? which->size() : compact_.size(); i < count; ++i) {
+    const std::size_t k = which ? static_cast<std::size_t>((*which)[i]) : i;
     const Compact& s = compact_[k];
-    if (alive && !alive[s.cell]) {
-      next[k] = old[k];
-      next_strain[k] = old_strain[k];
-      continue;
-    }
     Vec3 d = Vec3::Zero();
-    for (int i = 0; i < 8; ++i) d += s.delta[i] * current[s.node[i]];
+    for (int a = 0; a < 8; ++a) d += s.delta[a] * current[s.node[a]];
     const double l = d.norm();
     const double strain = (l - s.length) / s.length + (slip_strain.empty() ? 0.0 : slip_strain[k]);
     const double rate = h > 0 ? (strain - old_strain[k]) / h : 0.0;
@@ -249,8 +245,8 @@ EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h,
     }
     if (r.stress == 0) continue;
     const Vec3 f = (s.area * r.stress / l) * d;
-    for (int i = 0; i < 8; ++i)
-      for (int c = 0; c < 3; ++c) force[3 * s.node[i] + c] += s.delta[i] * f[c];
+    for (int a = 0; a < 8; ++a)
+      for (int c = 0; c < 3; ++c) force[3 * s.node[a] + c] += s.delta[a] * f[c];
   }
   return sums;
 }

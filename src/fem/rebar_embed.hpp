@@ -62,10 +62,11 @@ class EmbeddedBars {
   EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes);
 
   /// Adds internal forces (3 per node) for the current positions; h: time since the last call [s], 0 for no rate effect. `next`
-  /// may be `old`. Cells that are not alive carry nothing; those not in `counted` (null: all) carry force, but do not enter the sums.
+  /// may be `old`. Only the segments `which` (null: all) carry something, the states of others are left alone; those in cells not in `counted`
+  /// (null: all) carry force, but do not enter the sums.
   /// `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the bar's own.
   Sums forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const char* alive = nullptr,
+              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const std::vector<int>* which = nullptr,
               std::span<const double> slip_strain = {}, const char* counted = nullptr) const;
   /// Strain of the concrete along every segment.
   void host_strains(std::span<const Vec3> current, std::vector<double>& strain) const;

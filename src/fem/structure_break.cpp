@@ -78,7 +78,7 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
 void FemStructure::remove_node(int n) {
   mass_[n] = 0;
   weights_valid_ = false;
-  for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = 0, v_[4 * n + c] = 0;
+  for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = 0, v_[4 * n + c] = v_hat_[4 * n + c] = 0;
 }
 
 std::vector<int> FemStructure::spent_cells() const {

@@ -90,7 +90,10 @@ void FemStructure::compute_only(const std::vector<char>& cells) {
       for (int n : mesh_.hexes[cell]) node[n] = 1;
   own_ = ranges_of(node);
   operator_->mark_nodes(node);
-  if (bars_) bars_->mark_nodes(node);
+  if (bars_) {
+    bars_->mark_nodes(node);
+    bars_->cells_changed();
+  }
   touched_ = ranges_of(node);
 }
 

@@ -141,5 +141,21 @@ TEST(Rise, WhatSlidesAlongSetsNoStepAndABlowDoes) {
   EXPECT_GT(steps_over_stable(1e-4, 10), 1.5);
 }
 
+/// A cube that rolls over an edge on another one, which lies on a slab: each sub-step turns it a little into the face below.
+TEST(Drift, IsLedBackOnceItShowsNotEachSubStep) {
+  constexpr double accuracy = 1e-3, half = 0.25, tilt = 0.2, duration = 40e-3;
+  SceneText s(Method::by_accuracy(accuracy), duration, Vec3(0, 0, -9.81));
+  s.history(duration).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 3200).interface("rock", "concrete", 0.6).interface("rock", "rock", 0.6);
+  s.box("below", Vec3(0.5, 0.5, 0.5), Vec3(0, 0, 0.75));
+  const double over = half * (std::cos(tilt) + std::sin(tilt));   // centre of the tilted cube over its lowest edge
+  s.box("above", Vec3(0.5, 0.5, 0.5), Vec3(0.02, 0, 1.0 + over), turned(Vec3(0, tilt, 0)) + spin(Vec3(0, 4, 0)));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, 0.25), {4, 4, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\nintegrator = \"explicit\"\n"));
+  const Outcome o = run_scene(s.str());
+  EXPECT_TRUE(o.ok());
+  EXPECT_GT(o.result.counters.structure_steps, 500);
+  EXPECT_GT(o.result.counters.worst_penetration, 1e-9);   // below a millionth of what the accuracy allows none is led back
+  EXPECT_LE(o.result.counters.worst_penetration, 1e-2 * accuracy * 2 * half);
+}
+
 }  // namespace
 }  // namespace talus::verify

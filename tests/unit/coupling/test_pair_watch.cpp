@@ -32,9 +32,9 @@ struct Pair {
     state.eps = state.eps_rate = {Vec6::Zero(), Vec6::Zero()};
     env.laws = {1, {ContactLaw{}}};
   }
-  std::vector<FoundPoint> watched(PairWatch& watch, double margin) const {
+  std::vector<FoundPoint> watched(PairWatch& watch, double margin, double reach = 0) const {
     std::vector<FoundPoint> out;
-    watch.look(model, state, env, pair, margin, 0, 0, out);
+    watch.look(model, state, env, pair, margin, reach, 0, out);
     return out;
   }
   std::vector<FoundPoint> anew(double margin) const {
@@ -84,6 +84,20 @@ TEST(PairWatch, NothingIsMissedThatComesWithinTheMargin) {
     EXPECT_EQ(two.watched(watch, 0.01).empty(), two.anew(0.01).empty()) << step;
   }
   EXPECT_FALSE(two.watched(watch, 0.01).empty());
+}
+
+TEST(PairWatch, WhatWasSeenFarOffIsMetWhenItComesNear) {
+  // The first search reaches beyond the cubes' gap: its features wait until they may have come within the margin.
+  Pair two(0.05);
+  PairWatch watch;
+  EXPECT_TRUE(two.watched(watch, 0.01, 0.01).empty());
+  for (int step = 0; step < 45; ++step) {
+    two.move(1e-3);
+    const auto kept = two.watched(watch, 0.01, 0.01), fresh = two.anew(0.01);
+    ASSERT_EQ(kept.size(), fresh.size()) << step;
+    for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_NEAR(kept[i].at.gap, fresh[i].at.gap, 1e-6) << step;
+  }
+  EXPECT_FALSE(two.watched(watch, 0.01, 0.01).empty());
 }
 
 /// A cube that lies on a face of a skin, and flies along with it.
