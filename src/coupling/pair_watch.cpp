@@ -1,13 +1,14 @@
 #include "coupling/pair_watch.hpp"
 
 #include <algorithm>
+#include <limits>
 
 #include "contact/surface_near.hpp"
 
 namespace talus::coupling {
 namespace {
 
-constexpr double carried_way = 1e-3;   // of the smaller radius: as far as points of a pair that touches are carried along
+constexpr double carried_way = 3e-3;   // of the smaller radius: as far as points of a pair that touches are carried along
 constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks,
 constexpr double steps_apart = 64;     // of a pair that was apart by then so many
 constexpr double skin_ahead = 0.15;    // of the block's radius: vertices of the skin so near are watched one by one
@@ -85,12 +86,26 @@ double PairWatch::own_way(const dda::Model& m, const dda::State& s, int block) c
 
 void PairWatch::look(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, double margin, double reach, double skin_path,
                      std::vector<FoundPoint>& out) {
+  // Of a skin in pieces: how far the faces have moved that the points lie on, as seen from B [m]. Loose cells flap beside them.
+  const auto faces_moved = [&](const TriangleSurface& skin, const Pose& b) {
+    const Mat3 turn = b.F * b_.F.inverse();
+    double most = 0;
+    for (const Kept& k : points_)
+      for (const int v : skin.triangles[static_cast<std::size_t>(k.found.at.face_a)]) {
+        const auto watched = std::lower_bound(vertex_.begin(), vertex_.end(), v);
+        if (watched == vertex_.end() || *watched != v) return std::numeric_limits<double>::infinity();
+        const Vec3& then = place_[static_cast<std::size_t>(watched - vertex_.begin())];
+        most = std::max(most, (skin.vertices[static_cast<std::size_t>(v)] - b.c - turn * (then - b_.c)).squaredNorm());
+      }
+    return std::sqrt(most);
+  };
   bool holds = searched_ >= 0;
   if (holds && at_skin(env, pair.a)) holds = skin_of(env, pair.a).revision == revision_ && skin_path - skin_path_ + own_way(m, s, pair.b) <= skin_slack_;
   if (holds) {
     const double way = moved(m, s, env, pair);
     if (way + margin <= least_) return;   // nothing can have come so near
-    holds = way + margin <= searched_ && way <= carried_way * smaller_radius(m, pair);
+    const double carried = carried_way * smaller_radius(m, pair);
+    holds = way + margin <= searched_ && (way <= carried || (at_skin(env, pair.a) && faces_moved(skin_of(env, pair.a), dda::pose(s, pair.b)) <= carried));
   }
   if (!holds) search(m, s, env, pair, margin, reach, skin_path);
   carry(s, env, pair, margin, out);

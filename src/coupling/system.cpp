@@ -19,7 +19,7 @@ namespace talus::coupling {
 namespace {
 
 constexpr std::size_t pairs_for_arena = 100;   // of an island whose loops may share threads
-constexpr double crowded_steps = 64;           // sub-steps of a structure in a stretch, among debris
+constexpr double crowded_steps = 128;          // sub-steps of a structure in a stretch, among debris
 
 /// Union-find with the smallest index as root, so that the order of islands depends on the blocks alone.
 class Sets {

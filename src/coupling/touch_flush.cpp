@@ -1,6 +1,7 @@
 #include "coupling/touch_flush.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -59,6 +60,7 @@ class EdgeFilter {
     each_side([&](std::size_t block, std::size_t) { ++first_[block + 1]; });
     for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
     resting_.resize(first_.back());
+    lowest_.assign(resting_.size(), std::numeric_limits<double>::quiet_NaN());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = i; });
   }
@@ -83,18 +85,19 @@ class EdgeFilter {
     for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
       if (dropped_[resting_[k]] != 0) continue;
       const Touch& s = touches_[resting_[k]];
-      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q)) return true;
+      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q, lowest_[k])) return true;
     }
     return false;
   }
 
-  /// True if the plane has block q above and the other body of t below it.
-  bool parts(const Support& p, const Touch& t, int q) const {
+  /// True if the plane has block q above and the other body of t below it. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
+  bool parts(const Support& p, const Touch& t, int q, double& lowest) const {
     const double low = std::min(p.block_level, p.partner_level) - flush_, high = std::max(p.block_level, p.partner_level) + flush_;
     const bool q_is_b = t.b == q;
     // Most are told apart by the touched points alone.
     if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
-    if (heights(model_, state_, q, p.n).low < low) return false;
+    if (std::isnan(lowest)) lowest = heights(model_, state_, q, p.n).low;
+    if (lowest < low) return false;
     if (!q_is_b) return heights(model_, state_, t.b, p.n).high <= high;
     switch (t.a.kind) {
       case Partner::Kind::block: return heights(model_, state_, t.a.index, p.n).high <= high;
@@ -115,6 +118,7 @@ class EdgeFilter {
   double flush_;
   const std::vector<Touch>& touches_;
   std::vector<char> dropped_;
+  mutable std::vector<double> lowest_;         // of each of resting_
   std::vector<std::size_t> first_, resting_;   // contacts of every block, ascending, from first_[block] on
 };
 

@@ -55,7 +55,7 @@ TEST(PairWatch, GapsOfWhatTouchesAreRightToSecondOrder) {
   Pair two(1e-3);
   PairWatch watch;
   ASSERT_EQ(two.watched(watch, 0.01).size(), two.anew(0.01).size());
-  two.move(5e-5);   // carried along: below 1e-3 of the radius
+  two.move(5e-5);   // carried along: below 3e-3 of the radius
   const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
   ASSERT_EQ(kept.size(), fresh.size());
   for (std::size_t i = 0; i < kept.size(); ++i) {
@@ -69,7 +69,7 @@ TEST(PairWatch, WhatHasMovedFartherIsSearchedAnew) {
   Pair two(1e-3);
   PairWatch watch;
   two.watched(watch, 0.01);
-  two.move(2e-3);
+  two.move(5e-3);
   const auto kept = two.watched(watch, 0.01), fresh = two.anew(0.01);
   ASSERT_EQ(kept.size(), fresh.size());
   for (std::size_t i = 0; i < kept.size(); ++i) EXPECT_EQ(kept[i].at.gap, fresh[i].at.gap);
