@@ -193,6 +193,20 @@ std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
   return list;
 }
 
+double Bars::stored_in(const std::vector<int>& cells) const {
+  if (!counts()) return 0;
+  const auto& states = evaluated_ ? next_ : old_;
+  const auto& strains = evaluated_ ? next_strain_ : old_strain_;
+  double sum = 0;
+  for (const int k : segments_in(cells)) {
+    const rebar::Segment& s = bars_.segments()[static_cast<std::size_t>(k)];
+    if (partition_ && !slip_ && !partition_->owns_cell(s.cell)) continue;
+    material::Steel::State after;
+    sum += s.area * s.length * bars_.law(s.bar)(strains[static_cast<std::size_t>(k)], 0, states[static_cast<std::size_t>(k)], after).energy;
+  }
+  return sum;
+}
+
 void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const {
   const std::vector<Vec3> x = positions(u);
   std::vector<double> force(3 * node_.size(), 0.0);

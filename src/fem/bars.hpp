@@ -36,6 +36,8 @@ class Bars {
 
   double stored() const { return counts() ? sums_.energy + bond_.energy : 0; }
   double dissipation() const { return counts() ? sums_.dissipation + bond_.dissipation : 0; }
+  /// What the segments in these cells store by the last evaluation, this rank's part [J].
+  double stored_in(const std::vector<int>& cells) const;
   /// Broken segments of the last evaluation.
   double broken() const { return counts() ? sums_.broken : 0; }
   bool slips() const { return slip_ != nullptr; }

@@ -40,6 +40,12 @@ double FemStructure::cell_energy(int cell) const {
   return damage_ && damage_->has(cell) ? damage_->stored(cell) : operator_->energy(cell);
 }
 
+double FemStructure::steel_energy(const std::vector<int>& cells) const {
+  double energy = bars_ ? bars_->stored_in(cells) : 0.0;
+  sum({&energy, 1});
+  return energy;
+}
+
 void FemStructure::switch_off(int cell) {
   live_[cell] = 0;
   operator_->set_on(cell, false);
@@ -48,11 +54,14 @@ void FemStructure::switch_off(int cell) {
   for (int n : mesh_.hexes[cell]) --cells_at_node_[n];
 }
 
-/// Removes cells: their stored energy is booked, and the mass of their nodes stays where other cells hold it. A node without cells would
+/// Removes cells: their stored energy is booked, that of their bars too, and the mass of their nodes stays where other cells hold it. A node without cells would
 /// fly on for ever: its mass is dust, and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
   share_motion();
   const std::vector<double> energies = cell_energies(cells);
+  const double steel = steel_energy(cells);
+  books_.eroded_energy += steel;
+  stored_half_ -= steel;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const int cell = cells[k];
     const double energy = energies[k];
@@ -224,6 +233,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
 Fragment FemStructure::detach(const std::vector<int>& cells) {
   Fragment f;
   std::map<int, double> share;  // node -> mass that leaves
+  f.elastic = steel_energy(cells);
   for (const double energy : cell_energies(cells)) f.elastic += energy;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(cell);

@@ -177,6 +177,7 @@ class FemStructure : public Structure {
   // structure_break.cpp
   std::array<double, 8> node_shares(int cell) const;
   double cell_energy(int cell) const;
+  double steel_energy(const std::vector<int>& cells) const;   // of the bars in them [J]
   void switch_off(int cell);
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
