@@ -38,12 +38,25 @@ std::vector<PushDown> FemStructure::push_down() const {
     throw InputError(p);
   }
   std::vector<PushDown> all;
+  unharmed_push_downs_.resize(members_.size());
   for (std::size_t k = 0; k < members_.size(); ++k) {
+    std::optional<PushDown>& known = unharmed_push_downs_[k];
+    const bool whole = unharmed(member_places_[k].place);
+    if (whole && known) {
+      report_(fmt::format("push-down of {} {}: unharmed, as before", spec_.name, members_[k].name));
+      all.push_back(*known);
+      continue;
+    }
     report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, members_.size()));
     all.push_back(push_down(k));
     report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
+    if (whole) known = all.back();
   }
   return all;
+}
+
+bool FemStructure::unharmed(const PierPlace& place) const {
+  return std::all_of(place.cells.begin(), place.cells.end(), [this](int cell) { return live_[cell] && !damage_->has(cell); });
 }
 
 /// A copy of this structure in which only the member is left, at rest between its plates.

@@ -194,6 +194,7 @@ class FemStructure : public Structure {
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
   void compute_only(const std::vector<char>& cells);
   PushDown push_down(std::size_t member) const;
+  bool unharmed(const PierPlace& place) const;   // no cell of it is gone or has a history
 
   StructureSpec spec_;
   Vec3 gravity_;
@@ -218,6 +219,7 @@ class FemStructure : public Structure {
   std::vector<int> candidates_;
   std::vector<Member> members_;
   struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; };
+  mutable std::vector<std::optional<PushDown>> unharmed_push_downs_;   // by member: what it carried while it was unharmed
   mutable std::vector<MemberPlace> member_places_;   // which lanes of their packs count is set for every use
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   std::unique_ptr<Condensed, CondensedDeleter> condensed_;
