@@ -152,9 +152,20 @@ class BedFinder {
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
+      if (block_.convex && most.z() > 0) keep_before(face);
       if (polygon_.size() < 3) continue;
       if (std::isfinite(yield_)) cut_cells(f);
       else slices(f, 0);
+    }
+  }
+
+  /// Keeps of the polygon where the block reaches to before the face: past the structure's rim it may lie wholly on the other side.
+  void keep_before(const Face& face) {
+    for (std::size_t k = 0; k < normal_.size() && !polygon_.empty(); ++k) {
+      if (normal_[k].dot(face.normal) <= 0) continue;
+      const Vec3& on_facet = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[k])])];
+      const auto within = [&](const Vec3& p) { return normal_[k].dot(on_facet - face.place(p)); };
+      if (!std::all_of(polygon_.begin(), polygon_.end(), [&](const Vec3& p) { return within(p) >= 0; })) keep(polygon_, next_, within);
     }
   }
 

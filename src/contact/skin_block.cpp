@@ -151,19 +151,21 @@ class Finder {
       if (flat || first == last || !(outward.norm() > 1e-6)) continue;
       outward.normalize();
       found.clear();
-      double before = std::numeric_limits<double>::infinity();   // how far it lies before a face
+      double before = std::numeric_limits<double>::infinity(), behind = before;   // how far it lies before a face, behind one
       for (const int t : near_) {
         const Vec3& n = s_.normal[static_cast<std::size_t>(t)];
         const double gap = n.dot(x_[v] - s_.surface.vertices[static_cast<std::size_t>(s_.surface.triangles[static_cast<std::size_t>(t)][0])]);
         const bool faces = n.dot(outward) <= facing && gap <= margin_ && gap >= -deepest_;
-        if (!faces && !(gap > 0 && gap < std::min(before, deepest_))) continue;
+        const bool nearer = gap > 0 ? gap < std::min(before, deepest_) : -gap < behind;
+        if (!faces && !nearer) continue;
         const double within = barycentric(t, x_[v]).minCoeff();
-        if (gap > 0 && within >= -1e-9) before = std::min(before, gap);
+        if (nearer && within >= -1e-9) (gap > 0 ? before : behind) = std::abs(gap);
         // Below an edge of the skin the faces' normals part: a vertex inside may lie over none of them by as much as it is deep.
         if (faces && within >= -1e-9 - 0.2 * std::max(0.0, -gap) / size(t)) found.push_back({t, gap, within < -1e-9});
       }
       // One before a face next to it is not inside, though it lies lower than another.
-      std::erase_if(found, [&](const Candidate& q) { return q.beside && before < -q.gap; });
+      // Nor is one that came out on the other side: it went round the structure's rim.
+      std::erase_if(found, [&](const Candidate& q) { return q.gap < 0 && before < (q.beside ? -q.gap : behind); });
       std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) { return std::abs(a.gap) < std::abs(b.gap); });
       std::vector<Vec3> taken;
       for (const Candidate& q : found) {

@@ -4,10 +4,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "verify/impact_text.hpp"
 
 namespace talus::verify {
 namespace {
+
+double mechanical(const sim::HistoryRow& r) { return r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact; }
 
 /// A girder of 15 t that slides across two elastic columns, on springs per area: at the columns' tops it overlaps their sides by a strip of a
 /// millimetre that is as deep as the girder still lies on the column.
@@ -20,11 +24,10 @@ TEST(StructureEdges, AGirderThatSlidesAcrossColumnsMakesNoEnergy) {
     s.raw(structure_box(x < 0 ? "west" : "east", Vec3(0.8, 0.8, 4), Vec3(x, 0, 2), {2, 2, 10}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.03\n"));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
-  const auto energy = [](const sim::HistoryRow& r) { return r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact; };
   const double in_motion = o.rows.front().ledger.kinetic;
   double growth = 0, made = 0, lifted = 0;
   for (std::size_t i = 1; i < o.rows.size(); ++i) {
-    growth = std::max(growth, energy(o.rows[i]) - energy(o.rows[i - 1]));
+    growth = std::max(growth, mechanical(o.rows[i]) - mechanical(o.rows[i - 1]));
     made = std::max(made, -o.rows[i].ledger.algorithmic);
     lifted = std::max(lifted, std::abs(o.rows[i].velocity[0].z()));
   }
@@ -32,6 +35,49 @@ TEST(StructureEdges, AGirderThatSlidesAcrossColumnsMakesNoEnergy) {
   EXPECT_LT(made, 1e-2 * in_motion);
   EXPECT_GT(o.rows.back().ledger.friction_work, 0.1 * in_motion);   // it did slide on them
   EXPECT_LT(lifted, 3.0);
+}
+
+/// A cube beside a slab that it overtops above and below; it hangs on by cohesion and leans out, its lower edge goes below the slab.
+Outcome leaning_out(const std::string& slab, double tension) {
+  SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
+  s.history(0.005).material("slab", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25");
+  s.interface("rock", "slab", 0.5, fmt::format("normal_stiffness = \"hard\"\ncohesion = 1e5\ntension = {:e}\n", tension));
+  s.box("B", Vec3::Constant(0.5), Vec3(1.25, 0.02, 0.03));
+  return run_scene(s.raw(slab).str());
+}
+
+TEST(StructureEdges, ACubeThatLeansOverARimGainsNothing) {
+  const std::string slab = structure_box("S", Vec3(2, 2, 0.4), Vec3::Zero(), {8, 8, 2}, "slab", "support = [\"+z\", \"-z\"]\npreload = \"none\"\ndamping_ratio = 0.05\n");
+  const std::string fixed = "[[block]]\nname = \"S\"\nmaterial = \"slab\"\nshape = \"box\"\nsize = [2.0, 2.0, 0.4]\nposition = [0.0, 0.0, 0.0]\nfixed = true\n";
+  const Outcome as_block = leaning_out(fixed, 0);
+  ASSERT_TRUE(as_block.ok()) << as_block.result.message;
+  for (const double tension : {0.0, 1e4}) {
+    const Outcome o = leaning_out(slab, tension);
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    double most = mechanical(o.rows.front());
+    for (const auto& r : o.rows) {
+      EXPECT_LT(mechanical(r), most + 0.01) << r.time;   // of 900 J
+      most = std::min(most, mechanical(r));
+    }
+    EXPECT_NEAR(o.last().position[0].z(), as_block.last().position[0].z(), 0.02) << tension;   // it falls by 0.35 m
+    EXPECT_NEAR(o.last().position[0].x(), as_block.last().position[0].x(), 0.01) << tension;
+  }
+}
+
+/// A tower that leans against a slab's rim reaches over the slab and below it: neither side of it lies in the slab.
+TEST(StructureEdges, ATowerLeansPastARim) {
+  for (const char* stiffness : {"hard", "5 GPa/m"}) {
+    SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
+    s.history(0.005).material("slab", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25");
+    s.interface("rock", "slab", 0.5, fmt::format("normal_stiffness = \"{}\"\n", stiffness));
+    s.box("tower", Vec3(0.3, 0.5, 1.5), Vec3(1.25, 0.02, 0.35), "orientation = { rotation_vector = [0.0, -0.2617993877991494, 0.0] }\nvelocity = [-1.0, 0.0, 0.0]\n");
+    s.raw(structure_box("S", Vec3(2, 2, 0.4), Vec3::Zero(), {8, 8, 2}, "slab", "support = [\"-x\"]\npreload = \"none\"\ndamping_ratio = 0.05\n"));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    const double in_motion = o.rows.front().ledger.kinetic;
+    EXPECT_LT(mechanical(o.last()), mechanical(o.rows.front()) - 0.05 * in_motion);   // it did strike
+    for (std::size_t i = 1; i < o.rows.size(); ++i) EXPECT_LT(mechanical(o.rows[i]), mechanical(o.rows[i - 1]) + 1e-3 * in_motion) << stiffness << " " << o.rows[i].time;
+  }
 }
 
 }  // namespace
