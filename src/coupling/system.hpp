@@ -75,6 +75,8 @@ class CoupledSystem {
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
   /// Marks what touches now as bonded, where a law or a rock bridge holds in tension.
   void glue();
+  /// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it is loaded.
+  void start_touching(const CandidatePair& pair, std::span<const Touch> touches);
   /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.
   void settle_newborn(int first);
 

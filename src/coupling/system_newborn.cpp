@@ -1,4 +1,4 @@
-// Pieces that have just come off a structure: what they overlap does not push, and springs that pressed on the skin that they took along go on between block and piece.
+// What lies in each other without a blow: blocks where gravity's preload moved a structure's skin into them, and pieces that have just come off a structure: what they overlap does not push, and springs that pressed on the skin that they took along go on between block and piece.
 #include <algorithm>
 #include <cmath>
 
@@ -54,7 +54,34 @@ bool hand_over(const Environment& env, const dda::Model& model, SystemState& sta
   return any;
 }
 
+void remember_inside(std::vector<ContactMemory>& list, std::uint64_t partner, double deepest) {
+  ContactMemory memory;
+  memory.partner = partner;
+  memory.feature = born_inside;
+  memory.indentation = deepest;
+  list.push_back(memory);
+}
+
 }  // namespace
+
+void CoupledSystem::start_touching(const CandidatePair& pair, std::span<const Touch> touches) {
+  auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
+  double deepest = 0;
+  for (const Touch& t : touches) {
+    if (t.at.gap >= 0) continue;
+    if (t.normal_law.bed == nullptr || t.law->kind != ContactLaw::Kind::linear) {
+      deepest = std::max(deepest, t.offset - t.at.gap);
+      continue;
+    }
+    ContactMemory memory;   // the bed stands from there on
+    memory.partner = pair.a.id();
+    memory.feature = t.at.key;
+    memory.crushed = t.offset - t.at.gap;
+    list.push_back(memory);
+  }
+  if (deepest > 0) remember_inside(list, pair.a.id(), deepest);
+  sort(list);
+}
 
 void CoupledSystem::settle_newborn(int first) {
   const int n = static_cast<int>(model_.blocks.size());
@@ -79,12 +106,8 @@ void CoupledSystem::settle_newborn(int first) {
     double deepest = 0;
     for (const Touch& t : touches) deepest = std::max(deepest, t.offset - t.at.gap);
     if (!(deepest > 0)) continue;
-    ContactMemory memory;
-    memory.partner = pair.a.id();
-    memory.feature = born_inside;
-    memory.indentation = deepest;
     auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
-    list.push_back(memory);
+    remember_inside(list, pair.a.id(), deepest);
     sort(list);
   }
 }

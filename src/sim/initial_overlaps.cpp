@@ -1,4 +1,5 @@
 // Nothing may overlap at the start by more than 1e-9 of the block size; no block lies inside a structure, no structure in a block.
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -31,10 +32,30 @@ bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSu
   return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 || winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
 }
 
+/// How far gravity's preload moved the face of a structure's skin that a touch lies on [m].
+double preloaded(const World& world, int structure, int triangle) {
+  const std::vector<double>& moved = world.preloaded[static_cast<std::size_t>(structure)];
+  if (moved.empty()) return 0;
+  const TriangleSurface& skin = world.system->environment().structures[static_cast<std::size_t>(structure)].index->surface();
+  double most = 0;
+  for (const int v : skin.triangles[static_cast<std::size_t>(triangle)]) {
+    const TriangleSurface::NodeWeights& nodes = skin.nodes[static_cast<std::size_t>(v)];
+    for (int i = 0; i < nodes.count; ++i) most = std::max(most, moved[static_cast<std::size_t>(nodes.node[static_cast<std::size_t>(i)])]);
+  }
+  return most;
+}
+
+/// Blocks that one structure's preload moved its skin into.
+struct MovedInto {
+  int blocks = 0;
+  double deepest = 0;   // [m]
+  std::string first;
+};
+
 }  // namespace
 
-std::vector<Problem> initial_overlaps(const World& world) {
-  const coupling::CoupledSystem& system = *world.system;
+std::vector<Problem> initial_overlaps(World& world, bool carried_on) {
+  coupling::CoupledSystem& system = *world.system;
   std::vector<Problem> problems;
   const dda::Model& model = system.model();
   const coupling::SystemState& state = system.state();
@@ -57,27 +78,40 @@ std::vector<Problem> initial_overlaps(const World& world) {
     for (std::size_t q = 0; q < env.structures.size(); ++q)
       if (boxes[static_cast<std::size_t>(i)].intersects(env.structures[q].index->bounds())) candidates.push_back({{Kind::structure, static_cast<int>(q)}, i});
   }
+  const bool offsets = world.scene.simulation.method == scene::Simulation::Method::talus;   // the other keeps none
+  std::vector<MovedInto> moved_into(env.structures.size());
   std::vector<coupling::Touch> touches;
   for (const coupling::CandidatePair& c : candidates) {
     touches.clear();
     coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
+    const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
+    const double allowed = 1e-9 * 2 * b.shape->radius;
+    bool by_preload = offsets && c.a.kind == Kind::structure;
     for (const coupling::Touch& t : touches) {
-      if (t.at.normal.z() > 0.05) raise = std::max(raise, -t.at.gap / t.at.normal.z());
-      if (-t.at.gap > deepest) {
-        deepest = -t.at.gap;
+      const double depth = (carried_on ? 0.0 : t.offset) - t.at.gap;
+      by_preload = by_preload && (depth <= allowed || depth <= allowed + preloaded(world, c.a.index, t.at.face_a));
+      if (t.at.normal.z() > 0.05) raise = std::max(raise, depth / t.at.normal.z());
+      if (depth > deepest) {
+        deepest = depth;
         where = t.at.point_b;
         away = deepest * t.at.normal.unaryExpr([](double n) { return std::abs(n) < 1e-6 ? 0.0 : n; });
       }
     }
-    const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
     bool inside = false;
     if (c.a.kind == Kind::structure && touches.empty()) {
       inside = enclosed(b, dda::pose(state.blocks, c.b), env.structures[static_cast<std::size_t>(c.a.index)].index->surface());
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
-    if (!inside && deepest <= 1e-9 * 2 * b.shape->radius) continue;
+    if (!inside && deepest <= allowed) continue;
+    if (!inside && by_preload) {
+      system.start_touching(c, touches);
+      MovedInto& m = moved_into[static_cast<std::size_t>(c.a.index)];
+      if (m.blocks++ == 0) m.first = b.name;
+      m.deepest = std::max(m.deepest, deepest);
+      continue;
+    }
     std::string other;
     switch (c.a.kind) {
       case Kind::block: other = "block " + model.blocks[static_cast<std::size_t>(c.a.index)].name; break;
@@ -98,6 +132,10 @@ std::vector<Problem> initial_overlaps(const World& world) {
     else p.remedy = fmt::format("move it by [{:.3g}, {:.3g}, {:.3g}] m or farther; touching (up to 1e-9 of its size) is allowed", away.x(), away.y(), away.z());
     problems.push_back(std::move(p));
   }
+  for (std::size_t q = 0; q < moved_into.size(); ++q)
+    if (const MovedInto& m = moved_into[q]; m.blocks > 0)
+      world.report(fmt::format("structure {}: gravity preload moved its skin into {} by up to {:.3g} m; they touch at the start", world.scene.structures[q].name,
+                               m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first), m.deepest));
   return problems;
 }
 

@@ -70,9 +70,9 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.", name, file, structure.damage_max()));
   }
   if (problems.empty() && lines.empty()) problem("it holds no block and no structure of this scene", "give blocks or structures the names they had in that run");
-  if (problems.empty()) problems = initial_overlaps(w);
-  if (!problems.empty()) throw InputError(problems);
   for (auto& list : w.system->state().contacts) list.clear();
+  if (problems.empty()) problems = initial_overlaps(w, true);
+  if (!problems.empty()) throw InputError(problems);
   w.system->glue();
   w.notes.insert(w.notes.end(), lines.begin(), lines.end());
   return lines;

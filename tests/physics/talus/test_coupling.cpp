@@ -54,6 +54,30 @@ TEST(BadStart, BlockInsideAStructureIsFound) {
 
 TEST(BadStart, TouchingIsAllowed) { EXPECT_TRUE(run_scene(wall(-0.75, 0.5, {}, 0.1, 1e-3)).ok()); }
 
+/// A cube on the ground beside the foot of an elastic column, into which gravity's preload bulges the column by half a micrometre; `inside` [m] of the cube is the user's.
+std::string beside_a_column(const char* stiffness, double inside, const std::string& preload) {
+  SceneText s(Method::by_accuracy(1e-3), 0.05, Vec3(0, 0, -9.81));
+  s.history(5e-3).material("concrete", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600, "young = 40e9\npoisson = 0.25");
+  s.interface("*", "*", 0.5, fmt::format("normal_stiffness = \"{}\"", stiffness));
+  s.box("ground", Vec3(4, 4, 1), Vec3(1.5, 0, -0.5), "fixed = true\n").box("B", Vec3::Constant(0.5), Vec3(1.25 - inside, 0.02, 0.25));
+  return s.raw(structure_box("column", Vec3(2, 2, 4), Vec3(0, 0, 2), {4, 4, 8}, "concrete", fmt::format("support = [\"-z\"]\npreload = \"{}\"\ndamping_ratio = 0.05\n", preload))).str();
+}
+
+TEST(Preload, MayMoveASkinIntoABlockThatIsFlush) {
+  for (const char* stiffness : {"hard", "5 GPa/m", "1 GN/m"}) {
+    std::string told;
+    const sim::Simulation simulation(scene::read_scene_text(beside_a_column(stiffness, 0, "gravity"), "/test.toml"), [&](const std::string& line) { told += line + "\n"; });
+    EXPECT_NE(told.find("gravity preload moved its skin into block B by up to 5"), std::string::npos) << stiffness << told;
+    const Outcome o = run_scene(beside_a_column(stiffness, 0, "gravity"));
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    for (const auto& r : o.rows) EXPECT_LT(r.velocity[1].norm(), 1e-3) << stiffness;   // nothing pushes it
+    EXPECT_NEAR(o.last().position[1].x(), 1.25, 1e-6) << stiffness;
+    const std::string message = refusal(beside_a_column(stiffness, 1e-4, "gravity"));
+    EXPECT_NE(message.find("overlaps structure column by 0.0001005"), std::string::npos) << stiffness << message;
+    EXPECT_NE(refusal(beside_a_column(stiffness, 5e-7, "none")).find("overlaps structure column by 5e-07"), std::string::npos) << stiffness;   // no preload made that
+  }
+}
+
 TEST(BadStart, CouplingNeedsAStructure) {
   SceneText s(Method::by_accuracy(1e-3), 0.1);
   s.material("rock", 2600).interface("rock", "rock", 0.5).box("B", Vec3::Ones(), Vec3::Zero());
