@@ -88,6 +88,27 @@ void Builder::check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& 
           fmt::format("give points of the block in world coordinates at t = 0; the nearest one of it is [{:.6g}, {:.6g}, {:.6g}]", world.x(), world.y(), world.z()));
 }
 
+RigidMotion Builder::held_start(const dda::Model::Block& b, const Mat3& rotation, const RigidMotion& given) {
+  std::vector<Vec3> arms;
+  double fastest = 0;
+  for (const Vec3& x : b.fixed_points) {
+    arms.push_back(rotation * x);
+    fastest = std::max(fastest, (given.v + given.w.cross(arms.back())).norm());
+  }
+  if (b.fixed || fastest <= 1e-12 * (given.v.norm() + b.shape->radius * given.w.norm())) return given;
+  const Mat3 inertia = rotation * b.inertia * rotation.transpose();
+  const RigidMotion motion = held_motion(b.mass, inertia, arms, given);
+  const auto energy = [&](const RigidMotion& m) { return 0.5 * (b.mass * m.v.squaredNorm() + m.w.dot(inertia * m.w)); };
+  const auto text = [](const Vec3& v) { return fmt::format("[{:.6g}, {:.6g}, {:.6g}]", v.x(), v.y(), v.z()); };
+  const double before = energy(given), lost = before - energy(motion);
+  if (lost > 1e-6 * before)   // less is the rounding of what was written
+    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("block.{}.velocity", b.name), .value = fmt::format("{}, spin {}", text(given.v), text(given.w)),
+                   .rule = fmt::format("moves its fixed points, by up to {:.3g} m/s: it starts with velocity {} and spin {}, as if it were caught there, {:.3g} % of its kinetic energy less", fastest, text(motion.v),
+                                       text(motion.w), 100 * lost / before),
+                   .remedy = "about a fixed point at x, velocity = spin x (position - x)"}});
+  return motion;
+}
+
 void Builder::add_block(const scene::Block& b) {
   try {
     const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
@@ -101,7 +122,8 @@ void Builder::add_block(const scene::Block& b) {
       block.fixed_points.push_back(b.rotation.transpose() * (x - c));
       block.fixed_points_world.push_back(x);
     }
-    push(std::move(block), c, b.rotation, b.velocity, b.spin);
+    const RigidMotion motion = held_start(block, b.rotation, {b.velocity, b.spin});
+    push(std::move(block), c, b.rotation, motion.v, motion.w);
   } catch (const InputError& e) {
     for (Problem p : e.problems()) {
       if (p.file.empty()) p.file = world_->scene.file;

@@ -12,6 +12,7 @@
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/ground.hpp"
+#include "sim/held_points.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
@@ -40,6 +41,8 @@ class Builder {
   dda::Model::Block make_block(const std::string& name, Polyhedron shape, int material, bool deformable);
   void add_block(const scene::Block& b);
   void check_held(const dda::Model::Block& b, const Vec3& c, const Mat3& rotation, const Vec3& x);
+  /// Velocity and spin with which a held block starts: as given, or the nearest that leave its points at rest, with a warning.
+  RigidMotion held_start(const dda::Model::Block& b, const Mat3& rotation, const RigidMotion& given);
   void add_copies(const scene::Block& b, const Polyhedron& body);
   void add_rock_mass();
   void add_block_system(const scene::RockMass& mass);

@@ -1,6 +1,9 @@
 // Fixed points are points of their block.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 #include "core/error.hpp"
 #include "verify/scene_text.hpp"
 
@@ -30,6 +33,50 @@ TEST(FixedPoints, OutsideIsAnErrorThatNamesTheNearestPoint) {
     EXPECT_EQ(p.rule, "lies 0.2071 m outside of the block");
     EXPECT_NE(p.remedy.find("[0.353553, 0.353553, 0.2]"), std::string::npos) << p.remedy;
   }
+}
+
+/// A box held at a corner, with a spin and no velocity: it starts as an impulse at the corner leaves it, and then keeps its energy, however large it is.
+TEST(FixedPoints, MotionThatMovesThemStartsAsIfCaught) {
+  const Vec3 size(1, 0.6, 0.4), arm(-0.5, -0.3, 0.2), spin0(0.5, 0.2, 1);
+  const double mass = 2600 * size.prod();
+  const Mat3 inertia = (mass / 12 * (size.squaredNorm() - size.array().square())).matrix().asDiagonal();
+  const Mat3 about_corner = inertia + mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+  const Vec3 caught = about_corner.inverse() * (inertia * spin0);   // the angular momentum about the corner stays
+  for (const double scale : {1e-3, 1.0, 1e3}) {
+    const double time = std::sqrt(scale);
+    SceneText s(Method::by_accuracy(1e-4), time);
+    s.history(0.05 * time).material("rock", 2600);
+    s.box("B", scale * size, -scale * arm, spin(spin0 / time) + "fixed_points = [[0, 0, 0]]\n");
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    EXPECT_LT((time * o.rows.front().spin[0] - caught).norm(), 1e-9);
+    EXPECT_LT((o.rows.front().velocity[0] / time + o.rows.front().spin[0].cross(scale * arm) / time).norm(), 1e-9);
+    double swing = 0;   // the scheme's share is to be small against the energy that swings, not against what is left at a turning point
+    for (const auto& r : o.rows) swing = std::max(swing, r.ledger.kinetic);
+    for (const auto& r : o.rows) EXPECT_NEAR(r.ledger.algorithmic, 0, 1e-3 * swing) << scale;   // ten times the accuracy
+    const auto& warnings = o.simulation->scene().warnings;   // another of a block of a kilometre
+    EXPECT_EQ(std::count_if(warnings.begin(), warnings.end(), [](const Problem& p) { return p.key == "block.B.velocity"; }), 1) << scale;
+  }
+}
+
+TEST(FixedPoints, ConsistentMotionIsLeftAsItIs) {
+  const Vec3 arm(-0.5, -0.3, 0.2), spin0(0.5, 0.2, 1);
+  SceneText s(Method::by_accuracy(1e-3), 0.01);
+  s.material("rock", 2600).box("B", Vec3(1, 0.6, 0.4), -arm, spin(spin0) + velocity(spin0.cross(-arm)) + "fixed_points = [[0, 0, 0]]\n");
+  const Outcome o = run_scene(s.str());
+  EXPECT_EQ(o.rows.front().spin[0], spin0);
+  EXPECT_TRUE(o.simulation->scene().warnings.empty());
+}
+
+/// Two points leave the turning about the line through them.
+TEST(FixedPoints, TwoPointsLeaveAHinge) {
+  SceneText s(Method::by_accuracy(1e-3), 0.01);
+  s.material("rock", 2600).box("B", Vec3::Ones(), Vec3::Zero(), spin(Vec3(1, 2, 3)) + velocity(Vec3(0, 0, 1)) + "fixed_points = [[0.5, 0.5, 0.5], [-0.5, 0.5, 0.5]]\n");
+  const Outcome o = run_scene(s.str());
+  const Vec3& w = o.rows.front().spin[0];
+  EXPECT_NEAR(w.y(), 0, 1e-12);
+  EXPECT_NEAR(w.z(), 0, 1e-12);
+  EXPECT_NEAR(w.x(), (1.0 / 6 * 1 - 0.5 * 1) / (1.0 / 6 + 0.5), 1e-9);   // the moment about the line: I w_x and m v_z times the arm of -0.5
 }
 
 }  // namespace
