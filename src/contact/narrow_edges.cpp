@@ -35,7 +35,8 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
         n = -(bl >= br ? b.left : b.right);
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      // Edges on the far sides of two neighbours look crossed as well: if they are, neither has the other's point outside.
+      // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it: if they are, neither of two closed
+      // bodies has the other's point outside. A skin that bends has.
       if (gap < -16 * s.touch && ((c.b - c.a).squaredNorm() > reach * reach || (s.closed && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);

@@ -37,6 +37,21 @@ TEST(StructureEdges, AGirderThatSlidesAcrossColumnsMakesNoEnergy) {
   EXPECT_LT(lifted, 3.0);
 }
 
+/// A block of 5.2 t whose edge bends a column on soft springs: the skin under it is not flat any more, and the edges stay crossed.
+TEST(StructureEdges, AnEdgeThatBendsAColumnKeepsItsSprings) {
+  SceneText s(Method::by_accuracy(1e-3), 0.06, Vec3::Zero());
+  s.history(5e-4).material("concrete", 2450, "young = 33e9\npoisson = 0.2").material("rock", 2600, "young = 5e9\npoisson = 0.25");
+  s.interface("*", "*", 0.8, "normal_stiffness = \"1e8 N/m\"\nrestitution = 0.5");
+  s.raw(structure_box("S", Vec3(1, 1, 6), Vec3(0, 0, 3), {4, 4, 20}, "concrete", "support = [\"-z\"]\npreload = \"none\"\n"));
+  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.0, 0.536164, 0.775602]\nmass = 5205.89\n"
+        "position = [-1.7782458053460912, 0.208280859495729, 3.8551848965911253]\n"
+        "orientation = { quaternion = [-0.5833395834186199, -0.4016158440137038, 0.700211608065095, 0.09012961880006541] }\n"
+        "velocity = [9.526552537804063, 2.2492204575601984, -1.1271283685037445]\nspin = [-1.6566649434923814, 0.44225414182184153, 0.7898543631708392]\n");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_LT(std::abs(o.rows.back().ledger.algorithmic), 0.01 * o.rows.front().ledger.kinetic);
+}
+
 /// A cube beside a slab that it overtops above and below; it hangs on by cohesion and leans out, its lower edge goes below the slab.
 Outcome leaning_out(const std::string& slab, double tension) {
   SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
