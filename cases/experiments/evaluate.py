@@ -29,7 +29,7 @@ def kishi(beam, span, speed, peak, residual):
     half = span / 2
     line = lambda x, z, held: f'{{line=[[{x},-0.075,{z}],[{x},0.075,{z}]],held="{held}"}}'
     support = ",".join([line(-half, -0.125, "yz"), line(half, -0.125, "yz"), line(-half, 0.125, "z"), line(half, 0.125, "z"),
-                        f'{{region={{min=[{-half - 0.21},-0.08,-0.02],max=[{-half - 0.19},0.08,0.02]}},held="x"}}'])
+                        '{region={min=[-0.02,-0.08,-0.02],max=[0.02,0.08,0.02]},held="x"}'])
     return {"scene": "experiments-ando-kishi-mikami", "peak": peak, "residual": residual, "force": None, "duration": 0.04,
             "set": [f"block.weight.velocity=[0.0,0.0,{-speed:.1f}]", f"structure.beam.size=[{span + 0.4},0.15,0.25]", f"structure.beam.support=[{support}]",
                     f'structure.beam.rebar="bars-{beam}.csv"', f"structure.beam.refine.0.region.min=[{-half},-0.2,-0.3]", f"structure.beam.refine.0.region.max=[{half},0.2,0.3]"]}

@@ -2,9 +2,18 @@
 //
 //   N = (R_top + R_foot) / 2 - W / 2       the plates' reactions; half the sum cancels what inertia and damping carry to first order
 //
-// The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections are held, and after the
-// motion has settled the upper one is moved down the axis at a constant speed. Damping of half the critical one of the axial mode
-// (omega = pi c / L between plates) keeps the response quasi-static; the law's rate effect is off.
+// The member is cut out of a copy of the structure: only its cells and nodes are computed, its end sections are held where they are, and after the
+// motion has settled the upper one is moved down the axis at a constant speed. Time is counted in
+//
+//   T = max(2 L / c, T_b / 2),   T_b = 2 pi L^2 / (4.730^2 r c)     axial mode; lowest bending mode between plates [timoshenko1974]
+//
+// Damping 2 pi / T is half of the critical one of the axial mode, and at most the critical one of bending: a slender member can follow its
+// bow, which more damping would hold. The law's rate effect is off.
+//
+// symbol  meaning                                                            unit
+// c       sqrt(E / rho)                                                      m/s
+// r       least radius of gyration of the section, as built                  m
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,10 +25,32 @@
 namespace talus::fem {
 
 namespace {
-constexpr double settle_periods = 12, periods_to_strain = 80;   // of the axial mode; to reach press_strain
+constexpr double settle_periods = 12, periods_to_strain = 80;   // of T; to reach press_strain
 constexpr double press_strain = 2e-3, last_strain = 2e-2;
 constexpr double fallen = 0.6;                                   // of the greatest load: the test is over
 constexpr int samples = 100;                                     // of the curve, until press_strain
+
+/// Least radius of gyration of the cells about the middle of their section [m]: by Simpson's rule over each cell, exact for bricks.
+double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const std::vector<double>& mass, const Member& member) {
+  double total = 0;
+  Eigen::Vector2d first = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d second = Eigen::Matrix2d::Zero();
+  for (const int cell : cells) {
+    Eigen::Vector2d centre = Eigen::Vector2d::Zero();
+    Eigen::Matrix2d corners = Eigen::Matrix2d::Zero();
+    for (const int n : mesh.hexes[cell]) {
+      const Eigen::Vector2d x(mesh.nodes[n].dot(member.axis_x), mesh.nodes[n].dot(member.axis_y));
+      centre += x / 8;
+      corners += x * x.transpose() / 8;
+    }
+    total += mass[cell];
+    first += mass[cell] * centre;
+    second += mass[cell] * (2 * centre * centre.transpose() + corners) / 3;
+  }
+  first /= total;
+  const Eigen::Matrix2d central = second / total - first * first.transpose();
+  return std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(central, Eigen::EigenvaluesOnly).eigenvalues()[0]);
+}
 }  // namespace
 
 std::vector<PushDown> FemStructure::push_down() const {
@@ -115,7 +146,9 @@ PushDown FemStructure::push_down(std::size_t k) const {
   const Member& member = members_[k];
   const Vec3 z = member.axis_x.cross(member.axis_y);
   const std::unique_ptr<FemStructure> test = cut_out(place);
-  const double period = 2 * member.length * std::sqrt(spec_.density / spec_.young);
+  const double c = std::sqrt(spec_.young / spec_.density), gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
+  const double period = std::max(2 * member.length / c, 0.5 * bending);
   test->alpha_ = 2 * M_PI / period;
   const double speed = press_strain * member.length / (periods_to_strain * period);
   double weight = 0;

@@ -1,0 +1,104 @@
+#!/usr/bin/env python3
+"""One rank beside two on explicit steps of a structure, as CPU time of the dynamics alone.
+
+usage: ranks.py [--talus PROGRAM] [--mpirun PROGRAM] [--cells NX NY NZ] [--steps N] [--ranks N,...] [--repeat N] [--out DIR]
+
+An elastic pier of 2 x 2 x 10 m in 36 x 36 x 154 cells, 200,000 hexahedra, is struck by a prescribed pulse and followed by `--steps`
+explicit sub-steps. Each figure is the difference of a run of that length and one of a tenth of it, so that mesh, mass and output do
+not count; the two are run one after the other and the numbers of ranks alternate, `--repeat` times. Reported for each rank:
+
+  computed   CPU of its main thread outside MPI [s]: what the work itself costs, whatever else runs on the machine
+  in MPI     CPU and wall time inside MPI [s]: exchange and waiting for the other rank
+
+and for the run: wall time, and how many times less the slowest rank computes than one rank alone (`split`).
+mpi_share.c is compiled by mpicc on the way. Needs mpicc, mpirun.
+"""
+import argparse
+import os
+import pathlib
+import statistics
+import subprocess
+import time
+
+here = pathlib.Path(__file__).resolve().parent
+SCENE = """schema = 1
+title = "Elastic pier, {cells} cells, prescribed impact"
+[simulation]
+duration = "{duration:.17g} s"
+threads = 1
+[[material]]
+name = "C30"
+density = 2500
+young = "30 GPa"
+poisson = 0.2
+[[interface]]
+between = ["C30", "C30"]
+friction = 0.5
+normal_stiffness = "hard"
+[[structure]]
+name = "pier"
+kind = "column"
+material = "C30"
+base = [0.0, 0.0, 0.0]
+section = [2.0, 2.0]
+height = 10.0
+cells = [{nx}, {ny}, {nz}]
+integrator = "explicit"
+preload = "none"
+[[structure.load]]
+region = {{ min = [-1.01, -0.51, 7.49], max = [-0.99, 0.51, 8.51] }}
+traction = ["2 MPa", 0.0, 0.0]
+history = [[0.0, 0.0], [0.001, 1.0], [0.002, 0.0]]
+[output]
+report = false
+interval = "{duration:.17g} s"
+history_interval = "{duration:.17g} s"
+"""
+
+
+def launch(options, directory, count, duration):
+    """Wall time [s] and, for each rank, (CPU, CPU in MPI, wall in MPI) of a run over `duration` [s]."""
+    nx, ny, nz = options.cells
+    name = f"{count}-{duration:.3g}"
+    scene, share = directory / f"{name}.toml", directory / f"{name}.share"
+    scene.write_text(SCENE.format(cells=nx * ny * nz, nx=nx, ny=ny, nz=nz, duration=duration), encoding="utf-8")
+    environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1", OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1", OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")
+    command = [options.mpirun, *(["--oversubscribe"] if count > os.cpu_count() else ["--bind-to", "none"]), "-n", str(count), "-x", f"LD_PRELOAD={directory / 'libmpi_share.so'}", "-x", f"MPI_SHARE_OUT={share}",
+               options.talus, "run", str(scene), "-o", str(directory / name)]
+    start = time.monotonic()
+    subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=True)
+    wall = time.monotonic() - start
+    return wall, [tuple(float(x) for x in pathlib.Path(f"{share}.{r}").read_text().split()[:3]) for r in range(count)]
+
+
+def main():
+    parse = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parse.add_argument("--talus", default=str(here.parent / "build/release/talus"))
+    parse.add_argument("--mpirun", default="mpirun")
+    parse.add_argument("--cells", type=int, nargs=3, default=[36, 36, 154])
+    parse.add_argument("--steps", type=int, default=300)
+    parse.add_argument("--ranks", default="1,2")
+    parse.add_argument("--repeat", type=int, default=3)
+    parse.add_argument("--step", type=float, default=1.36e-5, help="the sub-step the run takes [s]")
+    parse.add_argument("--out", default="results/ranks")
+    options = parse.parse_args()
+    directory = pathlib.Path(options.out).resolve()
+    directory.mkdir(parents=True, exist_ok=True)
+    subprocess.run(["mpicc", "-O2", "-shared", "-fPIC", "-o", str(directory / "libmpi_share.so"), str(here / "mpi_share.c")], check=True)
+    long, short = options.steps * options.step, 0.1 * options.steps * options.step
+    alone = []
+    print("| run | ranks | wall s | computed s, each rank | CPU in MPI s | wall in MPI s | split |\n|---|---|---|---|---|---|---|")
+    for k in range(options.repeat):
+        for count in (int(n) for n in options.ranks.split(",")):
+            (w1, a), (w0, b) = launch(options, directory, count, long), launch(options, directory, count, short)
+            each = [[x - y for x, y in zip(p, q)] for p, q in zip(a, b)]
+            computed = [cpu - inside for cpu, inside, _ in each]
+            if count == 1:
+                alone.append(computed[0])
+            split = statistics.median(alone) / max(computed) if alone else float("nan")
+            show = lambda values: ", ".join(f"{x:.2f}" for x in values)
+            print(f"| {k + 1} | {count} | {w1 - w0:.2f} | {show(computed)} | {show(e[1] for e in each)} | {show(e[2] for e in each)} | {split:.2f} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
