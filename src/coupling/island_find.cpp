@@ -108,15 +108,23 @@ void IslandStepper::take_carried() {
 
 /// Points and gaps of a pair's touches go along with its blocks.
 void IslandStepper::carry_pair(std::size_t pair, const std::vector<Pose>& last) {
-  const auto way = [&](int block, const Vec3& x) -> Vec3 {
-    const int l = local_[static_cast<std::size_t>(block)];
-    if (l < 0) return Vec3::Zero();
+  if (touches_of_[pair].empty()) return;
+  struct Carry {
+    Mat3 turn = Mat3::Identity();
+    Vec3 from = Vec3::Zero(), to = Vec3::Zero();
+    Vec3 operator()(const Vec3& x) const { return to + turn * (x - from) - x; }
+  };
+  const auto carry_of = [&](int block) {
+    const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+    if (l < 0) return Carry{};
     const Pose now = dda::pose(state_, block);
     const Pose& from = last[static_cast<std::size_t>(l)];
-    return now.c + now.F * (from.F.inverse() * (x - from.c)) - x;
+    return Carry{now.F * from.F.inverse(), from.c, now.c};
   };
+  const CandidatePair& of = island_->pairs[pair];
+  const Carry way_b = carry_of(of.b), way_a = carry_of(of.a.kind == Partner::Kind::block ? of.a.index : -1);
   for (Touch& t : touches_of_[pair]) {
-    const Vec3 of_b = way(t.b, t.at.point_b), of_a = t.a.kind == Partner::Kind::block ? way(t.a.index, t.at.point_a) : Vec3(Vec3::Zero());
+    const Vec3 of_b = way_b(t.at.point_b), of_a = way_a(t.at.point_a);
     t.at.point_b += of_b;
     t.at.point_a += of_a;
     t.at.gap += t.at.normal.dot(of_b - of_a);
@@ -184,8 +192,8 @@ void IslandStepper::each_pair(const std::function<void(std::size_t)>& use) const
 /// All that pair i may touch within the reach.
 void IslandStepper::look(std::size_t i) {
   const CandidatePair& pair = island_->pairs[i];
-  double margin = reach(pair.b, found_for_) + 1e-6 * length_;
-  if (pair.a.kind == Partner::Kind::block) margin = in_heap() ? approach_reach(pair, found_for_) : margin + reach(pair.a.index, found_for_);
+  const bool blocks = pair.a.kind == Partner::Kind::block;
+  double margin = blocks && in_heap() ? approach_reach(pair, found_for_) : reach(pair.b, found_for_) + 1e-6 * length_ + (blocks ? reach(pair.a.index, found_for_) : 0.0);
   if (pair.a.kind == Partner::Kind::structure) margin += 1e-3 * length_;
   margin += env_.bond_stretch;
   margins_[i] = margin;

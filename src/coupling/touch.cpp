@@ -184,7 +184,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   std::vector<const ContactMemory*> last_of;
   for (const FoundPoint& found : points) {
     const contact::ContactPoint& p = found.at;
-    Touch t;
+    Touch& t = out.emplace_back();
     t.on_edge = found.on_edge;
     t.a = pair.a;
     t.b = pair.b;
@@ -207,8 +207,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (!bonded) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring
     if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[static_cast<std::size_t>(pair.a.index)]);
-    out.push_back(t);
-    last_of.push_back(last);
+    if (at_skin) last_of.push_back(last);
   }
   spare_newborn(std::span(out).subspan(first), memory, partner);
   if (at_skin)

@@ -2,7 +2,11 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
+#include <set>
+
 #include "contact/solver_order.hpp"
+#include "contact/solver_system.hpp"
 #include "solver_problems.hpp"
 
 namespace talus::contact::testing {
@@ -33,6 +37,37 @@ TEST(SolverThreads, GiveTheSameBits) {
   EXPECT_EQ(one.report.newton, two.report.newton);
   EXPECT_EQ(one.v, two.v);
   EXPECT_EQ(one.v, three.v);
+}
+
+TEST(VisitingOrder, RunsThatAreVisitedTogetherShareNoBody) {
+  // Every contact once; of a body, one run of contacts after the other, each in its order or the other way round.
+  const Builder b = pile(18, 18, 3, 0.5, 0.005, 0.3, 5);
+  detail::System system;
+  system.assemble(b.problem, true);
+  ASSERT_GT(system.order.colours(), 1);
+  for (const bool forward : {true, false}) {
+    std::vector<int> visited;
+    system.order.each(forward, false, [&](int i) {
+      visited.push_back(i);
+      return true;
+    });
+    std::vector<int> times(system.touch.size(), 0);
+    std::vector<std::vector<int>> of_body(system.body.size());
+    for (const int i : visited) {
+      ++times[static_cast<std::size_t>(i)];
+      const detail::Touch& t = system.touch[static_cast<std::size_t>(i)];
+      for (int k = t.first; k < t.first + t.count; ++k) of_body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(k)].body)].push_back(i);
+    }
+    EXPECT_TRUE(std::ranges::all_of(times, [](int n) { return n == 1; }));
+    for (const std::vector<int>& contacts : of_body) {
+      std::set<int> runs;
+      for (std::size_t k = 0; k < contacts.size(); ++k) {
+        const int run = contacts[k] / detail::VisitingOrder::run_length;
+        if (k > 0 && run == contacts[k - 1] / detail::VisitingOrder::run_length) EXPECT_EQ(contacts[k] > contacts[k - 1], forward);
+        else EXPECT_TRUE(runs.insert(run).second) << "run " << run << " is visited among others on a body of its own";
+      }
+    }
+  }
 }
 
 }  // namespace
