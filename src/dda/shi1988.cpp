@@ -39,7 +39,7 @@ class SubStep {
     }
   }
 
-  /// Margin of the contact search: twice the largest displacement that the velocities foretell.
+  /// Margin of the contact search: twice the largest displacement that the velocities foretell, from where bonds have been drawn to.
   double margin(double h) const {
     double largest = 0, size = 0;
     for (int i = 0; i < n_; ++i) {
@@ -52,7 +52,15 @@ class SubStep {
     double skin = 0;
     for (const auto* surface : s_.surfaces)
       for (const Vec3& v : surface->surface().velocities) skin = std::max(skin, v.norm());
-    return 2 * std::max(largest, h * skin) + 1e-6 * size;
+    return 2 * std::max(largest, h * skin) + 1e-6 * size + drawn();
+  }
+
+  /// Widest gap that a bond holds [m].
+  double drawn() const {
+    double widest = 0;
+    for (const Contact& c : history_.contacts)
+      if (c.bonded != 0) widest = std::max(widest, c.gap);
+    return widest;
   }
 
   void find_contacts(double margin) {

@@ -12,7 +12,11 @@ void Builder::refuse_what_is_missing() {
   const auto missing = [&](const std::string& key, const std::string& value, const std::string& remedy) {
     problem(key, value, "is not there yet in this version", remedy);
   };
-  if (s.simulation.method == scene::Simulation::Method::dda1988) return;   // its plan says what it leaves out
+  if (s.simulation.method == scene::Simulation::Method::dda1988) {   // its plan says what else it leaves out
+    if (!env_.joint_laws.empty()) missing("rock_mass.joint_set.friction", "", "method dda-1988 has one law for a pair of materials: leave it out, with cohesion and tension, or use method talus");
+    if (!env_.bonds.empty()) missing("rock_mass.joint_set.persistence", "", "method dda-1988 has no rock bridges: let joints go through, or use method talus");
+    return;
+  }
   const int n = s.laws.materials;
   for (int i = 0; i < n; ++i)
     for (int j = i; j < n; ++j) {

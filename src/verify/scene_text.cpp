@@ -45,7 +45,8 @@ SceneText& SceneText::interface(const std::string& a, const std::string& b, doub
   if (method_.kind == Method::Kind::paper) {
     // The 1988 scheme knows springs only: restitution is what they give.
     law = "normal_stiffness = \"" + number(penalty) + " N/m\"\n";
-    if (const auto at = more.find("cohesion"); at != std::string::npos) law += more.substr(at, more.find('\n', at) - at) + "\n";
+    for (const char* bond : {"cohesion", "tension"})
+      if (const auto at = more.find(bond); at != std::string::npos) law += more.substr(at, more.find('\n', at) - at) + "\n";
   }
   materials_ += fmt::format("[[interface]]\nbetween = [\"{}\", \"{}\"]\nfriction = {}\n{}\n", a, b, number(friction), law);
   return *this;

@@ -300,6 +300,28 @@ TEST(Contact1988, CohesionHoldsUntilBroken) {  // A8
   }
 }
 
+TEST(Contact1988, TensionHoldsUntilBroken) {
+  // A cube under a held one hangs on its springs, as far down as the springs are stretched, or falls.
+  const double g = 9.81, weight = 2500 * g, kn = 1e8;
+  for (const double factor : {2.5, 0.95}) {
+    Scene s(0.5, kn, kn);
+    s.law().tension = s.law().cohesion = factor * weight;
+    s.add_box(Vec3(2, 2, 1), Vec3(0, 0, 1));
+    s.model.blocks[0].fixed = true;
+    s.add_box(Vec3::Ones(), Vec3::Zero());
+    s.model.gravity = Vec3(0, 0, -g);
+    const Shi1988 method;
+    double closed = s.model.blocks[0].mass * g;   // the held one's height
+    for (int k = 0; k < 2000; ++k) {
+      const auto r = s.step(method, 1e-3);
+      closed -= Scene::dissipated(r);
+      ASSERT_NEAR(closed, Scene::total(r), 1e-8 * weight) << k;
+    }
+    if (factor > 1) EXPECT_NEAR(s.state.c[1].z(), -weight / (4 * kn), 0.02 * weight / (4 * kn));   // and a little strain
+    else EXPECT_NEAR(s.state.c[1].z(), -0.5 * g * 4, 0.05);   // 4 ms late: first its springs are drawn
+  }
+}
+
 TEST(Contact1988, FixedPointsHold) {
   Scene s(0.5, 1e8, 4e7);
   s.add_box(Vec3(1, 1, 1), Vec3::Zero());
