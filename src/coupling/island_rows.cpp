@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coupling/crossed_edges.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
 
@@ -148,11 +149,25 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
   Vec3 p_mid = owner == NormalOwner::a ? b_mid : owner == NormalOwner::b ? a_mid : 0.5 * (a_mid + b_mid);
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
+  Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(), turned_on = turned;   // of the frame: from the start to mid-step, from there to the end
+  Vec3 crossing_a = a_mid, crossing_b = b_mid;
+  if (owner == NormalOwner::edges && island_->structures.empty()) {
+    if (const auto edges = crossed_edges(t, model_, env_, body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
+      const auto at_mid = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->half_turn * d) : d; };
+      const auto at_end = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->carry * d) : d; };
+      const EdgeMeeting mid = meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
+      const EdgeMeeting end = meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
+      n_mid = mid.normal, p_mid = mid.between(), crossing_a = mid.on_a, crossing_b = mid.on_b;
+      n_end = end.normal, p_end = end.between();
+      turned = Quat::FromTwoVectors(t.at.normal, n_mid).toRotationMatrix();
+      turned_on = Quat::FromTwoVectors(n_mid, n_end).toRotationMatrix();
+    }
+  }
   // An open touch acts where it will close: each side at its own point. One as good as closed does not: several that stick would
   // contradict each other.
   // Beside a leapfrogging structure both sides act at one point in any case, so that friction over a gap makes no moment.
   const bool onset = t.mode == Mode::end && t.at.gap > touch_gap() && !leapfrog();
-  Vec3 p_mid_a = onset ? a_mid : p_mid, p_mid_b = onset ? b_mid : p_mid;
+  Vec3 p_mid_a = onset ? crossing_a : p_mid, p_mid_b = onset ? crossing_b : p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
   if (with_structure) {
@@ -195,9 +210,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   if (t.mode == Mode::closed || (with_structure && condensed_ && t.mode == Mode::end)) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
-    Mat3 frame_end = t.frame;
-    if (carrier != nullptr) frame_end = carrier->half_turn * t.frame;
-    u_end = frame_end.transpose() * relative + u_skin;
+    u_end = (turned_on * t.frame).transpose() * relative + u_skin;
   }
 
   t.gap_ref = gap_ref;
@@ -261,7 +274,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   }
   if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
     shear_row(t, c, h, with_structure && condensed_ && t.mode == Mode::spring_end ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
-  t.slip_row = t.frame.rightCols<2>().transpose() * (carrier != nullptr ? Vec3(carrier->half_turn * t.slip) : t.slip);
+  t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
   problem_.contacts.push_back(c);
