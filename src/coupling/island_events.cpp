@@ -6,6 +6,15 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
+namespace {
+
+/// Inradius of the thinner one [m].
+double thickness(const dda::Model& model, const CandidatePair& pair) {
+  const double b = model.blocks[static_cast<std::size_t>(pair.b)].shape->inradius;
+  return pair.a.kind == Partner::Kind::block ? std::min(b, model.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius) : b;
+}
+
+}  // namespace
 
 contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
   // From the start of the step to the state just computed: rotation vector, and a parabola, of pushed blocks of lumped steps the chord.
@@ -106,10 +115,8 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
   constexpr double never = 2;
   const CandidatePair& pair = island_->pairs[i];
   bool listed = known.listed;
-  double thickness = model_.blocks[static_cast<std::size_t>(pair.b)].shape->inradius;
-  if (pair.a.kind == Partner::Kind::block) thickness = std::min(thickness, model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->inradius);
-  const double way = path(pair);
-  const double clear = listed ? 0.25 * thickness : known.any ? std::max(known.apart, 0.0) : margins_[i];
+  const double thin = thickness(model_, pair), way = path(pair);
+  const double clear = listed ? 0.25 * thin : known.any ? std::max(known.apart, 0.0) : margins_[i];
   if (way <= clear) return {never, way};
   double s = never;
   if (!listed) {
@@ -118,10 +125,10 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
     // A level below all that is named, and met later: it was below already. Concave blocks graze each other where the search names no contact;
     // a step that ended there would be followed by one that ends as early.
     listed = time_of_impact(pair, std::max(0.9 * clear, 1e-9 * length_), true) > s;
-    if (listed && way <= 0.25 * thickness) return {never, way};
+    if (listed && way <= 0.25 * thin) return {never, way};
   }
   if (listed) {
-    s = time_of_impact(pair, 1e-3 * thickness, true);
+    s = time_of_impact(pair, 1e-3 * thin, true);
     if (s >= 0.9) return {never, way};   // rows end where they touch: that is no crossing
   }
   return {s, way};
@@ -260,6 +267,10 @@ bool IslandStepper::locate_event(double& h, int passes) {
     restore();
     return smooth(step, false, passes, true).ok;
   };
+  // Thin blocks may have gone through each other on the way to what is met at the end of a step, whose touches then do not tell.
+  const auto far_enough_to_pass = [&] {
+    return std::any_of(island_->pairs.begin(), island_->pairs.end(), [&](const CandidatePair& pair) { return path(pair) > 0.25 * thickness(model_, pair); });
+  };
   // As close as coordinates of this size can tell; Newton's iteration gets there in a turn or two.
   double far = 0;
   for (const Body& b : bodies_) far = std::max(far, b.start.c.cwiseAbs().maxCoeff());
@@ -299,7 +310,9 @@ bool IslandStepper::locate_event(double& h, int passes) {
     }
     if (met || bracketed) {
       step = step_length_;
-      break;
+      if (!far_enough_to_pass() || (s = first_impact()) >= 0.999) break;
+      gap = std::numeric_limits<double>::infinity();
+      continue;
     }
     // None on the blocks' own path: a shorter step, whose path is known better.
     step = 0.5 * step > sure ? 0.5 * step : sure;
