@@ -52,8 +52,10 @@ void IslandStepper::begin(const Island& island) {
 }
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {
+  fastest_ = 0;
   for (Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
+    fastest_ = std::max(fastest_, state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm());
     b.start = dda::pose(state_, b.block);
     b.q0 = state_.q[k];
     b.rotation0 = state_.rotation(b.block);
@@ -64,6 +66,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     if (h == 0 || !b.leapfrog || b.ndof == 6) b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
     if (h > 0) {
       b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : b.leapfrog ? dda::FlowRule::leapfrog : dda::FlowRule::exact);
+      if (b.pressed) b.free.pose.c += 0.5 * h * h * model_.gravity;   // without the parabola's part: x + h v^+
     } else {
       dda::impulse_mass(model_, state_, b.block, b.ndof == 6, b.free.mass, b.free.inverse);
       b.free.pose = b.start;

@@ -150,12 +150,13 @@ class IslandStepper {
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
+  void find_pressed();
   void to_half_steps(double h);
   void to_full_steps(double h);
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
-  double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a place at a structure [m]
+  double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
   Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
@@ -169,7 +170,6 @@ class IslandStepper {
   /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken. last_resort: the convex
   /// problem's solution, tier E, rather than none.
   enum class Effort { provisional, full, repeated, last_resort };
-  double fastest() const;
   contact::SolveSettings solve_settings(double h, Effort effort, bool small, bool still) const;
   bool solve(double h, Effort effort);
   // island_rolling.cpp
@@ -281,6 +281,7 @@ class IslandStepper {
   IslandReport report_;
   Ledger pending_;
   double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
+  double fastest_ = 0;                    // of the points of its blocks at the start of the step [m/s]
   bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double suggested_ = 0;                  // step that error control would take next [s]

@@ -13,6 +13,7 @@ struct IslandStepper::Body {
   int ndof = 6;
   bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
   bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps
+  bool pressed = false;                // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();

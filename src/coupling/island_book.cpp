@@ -205,7 +205,7 @@ void IslandStepper::book(double h) {
   each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
   each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? pending_.algorithmic : books.loss.impact) -= books.work(c); });
   for (const Body& b : bodies_)
-    if (!b.impulse.isZero(0) || b.end_rule) books.position(b);
+    if (!b.impulse.isZero(0) || b.end_rule || b.pressed) books.position(b);
   const double met = books.loss.settle(pending_);
   if (from_start_) books.onset += met;
   for (const Body& b : bodies_) b.ndof == 6 ? books.turning(b) : books.straining(b);

@@ -192,8 +192,12 @@ Vec3 IslandStepper::add_skin_terms(int structure, const SurfaceWeights& w, const
 
 /// Speed at which a hard contact may still approach at the end of a condensed step [m/s]; negative: it has to leave. Positions follow the
 /// mean velocity: it may bring the gap to zero and no further, and what lies inside is led out slowly. Never a rebound: whatever speed the
-/// mean asks for, the end of the step is at most at rest, so that the normal impulse takes energy and gives none.
+/// mean asks for, the end of the step is at most at rest, so that the normal impulse takes energy and gives none. Between blocks as well: what lies inside there
+/// is projected, and a rebound is given back where its speed is more than a condensed step may stop.
 double IslandStepper::approach_left(const Touch& t, double h) const {
+  const bool between_blocks = !deformable_structure(t);
+  if (between_blocks && t.at.gap <= touch_gap() && t.approach < -gentle_speed()) return t.law->restitution.value_or(0) * t.approach;
+  if (between_blocks) return std::max(0.0, 2 * std::max(t.at.gap, 0.0) / h + t.approach);
   if (t.at.gap >= 0) return std::max(0.0, 2 * t.at.gap / h + t.approach);
   const double out = (left_inside(t.at.gap, h) - t.at.gap) / h;
   return std::max(-out, t.approach - 2 * out);

@@ -1,3 +1,10 @@
+// Blocks at a structure in explicit steps: where those that are pressed go, and strain rates.
+//
+// Impulses act at the start of the step, and so does what a hard contact asks: x_np = x_n + h v^+ in contact, along normal and tangents. Free flow adds the parabola,
+// x_n + h v^+ - h^2 g / 2. A block that is held would then have to leave each step with v^+ = h g / 2 along its normals, but with v^+ = 0 along its tangents where
+// friction holds it: it creeps against gravity at h g / 2, which pieces held by several contacts cannot do, so that they chatter. What is pressed goes by
+// x_n + h v^+, at rest with v^+ = 0, as the structure's nodes do; what flies keeps the parabola, exact.
+//
 // Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere; within the step they are those of the half steps
 // before and after, like the structure's velocities:
 //
@@ -33,6 +40,20 @@ void set_rates(dda::State& s, std::size_t k, const Mat12& mass, const Vec6& rate
 }
 
 }  // namespace
+
+/// The blocks that something hard touches, or pressed on in the last step.
+void IslandStepper::find_pressed() {
+  for (Body& b : bodies_) b.pressed = false;
+  if (!leapfrog()) return;
+  const auto press = [&](int block) {
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) bodies_[static_cast<std::size_t>(l)].pressed = true;
+  };
+  for (const Touch& t : touches_) {
+    if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= touch_gap())) continue;
+    press(t.b);
+    if (t.a.kind == Partner::Kind::block) press(t.a.index);
+  }
+}
 
 void IslandStepper::to_half_steps(double h) {
   for (Body& b : bodies_) {

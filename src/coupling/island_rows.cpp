@@ -88,11 +88,7 @@ Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, 
   return velocity;
 }
 
-/// Gap that a hard contact at a structure may keep at the end of the step [m]. One that is inside already (a face found late, a piece born
-/// there) is led out at a thousandth of the speeds around: at once would be a blow out of nothing, energy that nobody had.
-double IslandStepper::left_inside(double gap, double h) const {
-  return gap < 0 ? std::min(0.0, gap + std::min(-0.05 * gap, lead_out(h))) : 0.0;
-}
+double IslandStepper::left_inside(double gap, double h) const { return coupling::left_inside(gap, island_->blocks.empty() ? speed_ : fastest_, h); }
 
 void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   t.normal = t.at.normal;
@@ -207,7 +203,7 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end) + t.offset;
   Vec3 u_end = u_ref;
-  if (t.mode == Mode::closed || (with_structure && condensed_ && t.mode == Mode::end)) {
+  if (t.mode == Mode::closed || (condensed_ && t.mode == Mode::end)) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
     u_end = (turned_on * t.frame).transpose() * relative + u_skin;
@@ -231,7 +227,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::end: {
       t.theta = 1;
-      if (with_structure && condensed_) {
+      if (condensed_) {
+        t.theta = 0.5;
         c.bias = u_end - u_ref;
         if (!t.glued) c.bias[0] += approach_left(t, h);
         break;

@@ -67,17 +67,10 @@ contact::SolveReport sink_less(contact::ContactSolver& solver, contact::ContactP
 
 }  // namespace
 
-double IslandStepper::fastest() const {
-  double most = 0;
-  for (const Body& b : bodies_)
-    most = std::max(most, b.v0.head<3>().norm() + model_.blocks[static_cast<std::size_t>(b.block)].shape->radius * b.v0.segment<3>(3).norm());
-  return most;
-}
-
 contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bool small, bool still) const {
   contact::SolveSettings settings;
   // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
-  settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest(), 1e-4 * speed_, speed_);
+  settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest_, 1e-4 * speed_, speed_);
   // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
   const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / h / settings.velocity_scale : 0;
   const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
@@ -105,7 +98,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= 60 || event_driven(), still = fastest() < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = problem_.contacts.size() <= 60 || event_driven(), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   contact::SolveSettings settings = solve_settings(h, effort, small, still);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_heap() && !small && !still;
@@ -159,6 +152,7 @@ bool IslandStepper::solve(double h, Effort effort) {
 IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, bool last_resort) {
   Outcome out;
   choose_springs(h, lumped);
+  find_pressed();
   to_half_steps(h);
   begin_step(h, false);
   begin_swing(lumped);

@@ -47,6 +47,8 @@ void spare_jammed(std::span<const Touch> touches, double closed, contact::Contac
   }
 }
 
+double left_inside(double gap, double moving, double h) { return gap < 0 ? std::min(0.0, gap + std::min(-0.05 * gap, 1e-3 * moving * h)) : 0.0; }
+
 bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h) {
   bool any = false;
   for (const Touch& t : touches) {

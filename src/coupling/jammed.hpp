@@ -13,6 +13,11 @@ namespace talus::coupling {
 /// rows start from nothing.
 void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem);
 
+/// Gap that a hard contact at a structure, now `gap`, may keep at the end of a step of length h [m]. One that is inside already (a face found late, a corner that came
+/// round) is led out at a thousandth of the speed `moving` that blocks really have there [m/s]: at once would be a blow out of nothing, and where all rests every motion
+/// asked for is one that nobody had: jammed pieces would be driven against friction for ever.
+double left_inside(double gap, double moving, double h);
+
 /// After a step of length h could not be solved: no hard row asks for motion any more, which can always be met, by rest. Impulses start from those of
 /// the step before, since those of the search that failed are out of all measure. False if nothing was asked.
 bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h);

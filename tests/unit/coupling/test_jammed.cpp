@@ -102,5 +102,14 @@ TEST(Jammed, AskedForNoMotionAProblemHasASolution) {
   EXPECT_FALSE(ask_for_no_motion(jam.touches, jam.problem, 1e-4));   // nothing is asked any more
 }
 
+/// A thousandth of the speeds around, not of those that gravity might give: among what rests nothing is led out.
+TEST(Jammed, LedOutAsFastAsThereIsMotion) {
+  constexpr double h = 1e-4;
+  EXPECT_EQ(left_inside(-1e-4, 0, h), -1e-4);
+  EXPECT_DOUBLE_EQ(left_inside(-1e-4, 2, h), -1e-4 + 2e-3 * h);
+  EXPECT_DOUBLE_EQ(left_inside(-1e-7, 20, h), -0.95e-7);   // no more than a twentieth of it
+  EXPECT_EQ(left_inside(1e-6, 2, h), 0);
+}
+
 }  // namespace
 }  // namespace talus::coupling
