@@ -62,7 +62,7 @@ def main():
                 for setting in settings(column, place, speed):
                     command += ["--set", setting]
                 if options.successive and before:
-                    command += ["--set", f'simulation.initial_state="{before / "results.h5"}"']
+                    command += ["--set", f'simulation.initial_state="{before / "results.h5"}"', "--set", f'block.ball.name="ball at {speed}"']   # by its own name it would go on where it was
                 if not (options.reuse and (directory / "results.h5").exists()):
                     with open(f"{directory}.log", "w", encoding="utf-8") as log:
                         failed += subprocess.run(command, stdout=log, stderr=subprocess.STDOUT, check=False).returncode != 0
