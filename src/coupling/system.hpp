@@ -5,6 +5,7 @@
 /// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
 #pragma once
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -36,6 +37,9 @@ struct SystemSettings {
   int threads = 1;
   double longest_stretch = 0.05;         // [s]
 };
+
+/// Pairs whose contacts so far are in the state; empty: none.
+using KnownPairs = std::function<bool(const CandidatePair&)>;
 
 class CoupledSystem {
  public:
@@ -73,8 +77,8 @@ class CoupledSystem {
   double spring_energy() const;
   /// Appends a block (a fragment); returns its index.
   int add_block(const dda::Model::Block& block, const Vec3& c, const Vec3& v, const Vec3& w);
-  /// Marks what touches now as bonded, where a law or a rock bridge holds in tension.
-  void glue();
+  /// Marks what touches now as bonded, where a law or a rock bridge holds in tension. The bonds of `known` pairs are those in the state: none is made anew.
+  void glue(const KnownPairs& known = {});
   /// What of the pair overlaps now is where it starts: it touches, is not pushed apart, and no spring of it is loaded.
   void start_touching(const CandidatePair& pair, std::span<const Touch> touches);
   /// Blocks from `first` on have just come off a structure: what they overlap is no contact that pushes.

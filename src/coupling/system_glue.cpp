@@ -7,7 +7,7 @@
 
 namespace talus::coupling {
 
-void CoupledSystem::glue() {
+void CoupledSystem::glue(const KnownPairs& known) {
   env_.bond_stretch = 0;
   const bool tension = std::any_of(env_.laws.law.begin(), env_.laws.law.end(), [](const ContactLaw& law) { return law.tension > 0; }) ||
                        std::any_of(env_.joint_laws.begin(), env_.joint_laws.end(), [](const std::optional<ContactLaw>& law) { return law && law->tension > 0; });
@@ -24,12 +24,14 @@ void CoupledSystem::glue() {
       find_points(model_, state_.blocks, env_, pair, at_skin ? bond_gap(shape) : 1e-6 * shape.radius, points);
       make_touches(model_, state_.blocks, env_, pair, points, state_.contacts, touches);
       auto& list = state_.contacts[static_cast<std::size_t>(pair.b)];
+      const bool as_it_was = known && known(pair);
       for (Touch& t : touches) {
-        t.glued = true;
+        t.glued = t.glued || !as_it_was;
         if (!(t.bond() > 0 || t.bond_cohesion > 0)) continue;
         if (t.pulls()) env_.bond_stretch = std::max(env_.bond_stretch, 2 * t.bond() / t.normal_law.stiffness);
-        const auto known = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) { return m.partner == pair.a.id() && m.feature == t.at.key; });
-        if (known != list.end()) continue;
+        if (as_it_was) continue;
+        const auto remembered = std::find_if(list.begin(), list.end(), [&](const ContactMemory& m) { return m.partner == pair.a.id() && m.feature == t.at.key; });
+        if (remembered != list.end()) continue;
         ContactMemory memory;
         memory.partner = pair.a.id();
         memory.feature = t.at.key;

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "coupling/contact_numbers.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
 
-constexpr std::uint64_t handed_over = std::uint64_t{15} << 60;   // feature of what a pair of blocks has from a structure's skin; found by none, so that its contacts take it over
 constexpr double on_skin = 1e-2;   // as near as this share of a piece's radius a point lies on its surface
 
 void sort(std::vector<ContactMemory>& list) {

@@ -1,5 +1,8 @@
 #include "io/final_state.hpp"
 
+#include <algorithm>
+
+#include "coupling/contact_numbers.hpp"
 #include "io/files.hpp"
 
 namespace talus::io {
@@ -7,7 +10,61 @@ namespace {
 
 constexpr std::size_t block_numbers = 25;   // 3 c, 3 v, 3 w, 4 q, 6 strain, 6 strain rate
 
+constexpr const char *names_path = "/state/bodies", *forms_path = "/state/forms", *keys_path = "/state/contact_keys", *contacts_path = "/state/contacts";
+constexpr std::size_t contact_keys = 4;     // body, partner, feature, bond
+
 std::string key(const char* group, const std::string& name) { return std::string("/state/") + group + "/" + safe_name(name); }
+
+struct Appended {
+  std::vector<double>& to;
+  void operator()(double x) const { to.push_back(x); }
+  void operator()(const Vec3& x) const { to.insert(to.end(), x.data(), x.data() + 3); }
+};
+
+struct Taken {
+  const double*& from;
+  void operator()(double& x) const { x = *from++; }
+  void operator()(Vec3& x) const { x = Vec3(from[0], from[1], from[2]), from += 3; }
+};
+
+void write_contacts(Hdf5File& file, const sim::FinalState& state) {
+  std::vector<std::string> names;
+  std::vector<std::int64_t> forms, keys;
+  std::vector<double> numbers;
+  for (const auto& b : state.bodies) names.push_back(b.name), forms.push_back(b.form);
+  for (const auto& c : state.contacts) {
+    keys.insert(keys.end(), {c.body, c.partner, static_cast<std::int64_t>(c.memory.feature), coupling::bond_flags(c.memory)});
+    coupling::each_number(c.memory, Appended{numbers});
+  }
+  file.write(names_path, names, "whatever may be touched");
+  file.write<std::int64_t>(forms_path, forms, {forms.size()}, "", "hash of each body's undeformed form");
+  file.write<std::int64_t>(keys_path, keys, {state.contacts.size(), contact_keys}, "", "body, partner, feature, bond (1 torn, 2 holds)");
+  file.write<double>(contacts_path, numbers, {state.contacts.size(), coupling::memory_numbers}, "", "what each contact remembers, SI, for initial_state");
+}
+
+void read_contacts(const Hdf5File& file, const std::filesystem::path& results, const std::string& remedy, sim::FinalState& state) {
+  for (const char* path : {names_path, forms_path, keys_path, contacts_path})
+    if (!file.exists(path)) throw bad_file(results, path, "is missing: the file is of a version that kept no contacts", remedy);
+  const std::vector<std::string> names = file.read_texts(names_path);
+  const std::vector<std::int64_t> forms = file.read<std::int64_t>(forms_path).values;
+  if (forms.size() != names.size()) throw bad_file(results, forms_path, "has another length than the list of bodies", remedy);
+  for (std::size_t i = 0; i < names.size(); ++i) state.bodies.push_back({names[i], forms[i]});
+  const Array<std::int64_t> keys = file.read<std::int64_t>(keys_path);
+  const Array<double> numbers = file.read<double>(contacts_path);
+  if (keys.stride() != contact_keys || numbers.stride() != coupling::memory_numbers || keys.rows() != numbers.rows())
+    throw bad_file(results, contacts_path, "has another shape than contacts have", remedy);
+  const auto count = static_cast<std::int64_t>(names.size());
+  const std::int64_t* k = keys.values.data();
+  const double* x = numbers.values.data();
+  for (std::size_t i = 0; i < keys.rows(); ++i, k += contact_keys) {
+    sim::FinalState::Contact c{k[0], k[1], {}};
+    if (std::min(c.body, c.partner) < 0 || std::max(c.body, c.partner) >= count) throw bad_file(results, keys_path, "names a body that is not in the list", remedy);
+    c.memory.feature = static_cast<std::uint64_t>(k[2]);
+    coupling::set_bond(c.memory, k[3]);
+    coupling::each_number(c.memory, Taken{x});
+    state.contacts.push_back(c);
+  }
+}
 
 }  // namespace
 
@@ -29,6 +86,7 @@ void write_final_state(Hdf5File& file, const sim::FinalState& state) {
     file.write<double>(key("structures", name) + "/nodes", x, {s.nodes.size(), 3}, "m", "reference positions");
     file.write<double>(key("structures", name) + "/history", s.history, {s.history.size()}, "", "state of the structure, for initial_state");
   }
+  write_contacts(file, state);
 }
 
 sim::FinalState read_final_state(const std::filesystem::path& results) {
@@ -58,6 +116,7 @@ sim::FinalState read_final_state(const std::filesystem::path& results) {
     s.history = file.read<double>(path + "/history").values;
     state.structures[file.text_attribute(path, "name")] = std::move(s);
   }
+  read_contacts(file, results, remedy, state);
   return state;
 }
 

@@ -3,6 +3,9 @@
 ///   /state/blocks/NAME                 [25] c, v, w, q (x, y, z, w), strain, strain rate
 ///   /state/structures/NAME/nodes       [n, 3] reference positions, m
 ///   /state/structures/NAME/history     [m] everything the structure remembers
+///   /state/bodies, /state/forms        [b] whatever may be touched, by name and hash of its form
+///   /state/contact_keys                [n, 4] body, partner (both by their place in bodies), feature, bond
+///   /state/contacts                    [n, 19] coupling::ContactMemory
 #pragma once
 #include <filesystem>
 #include <string>

@@ -31,7 +31,7 @@ std::vector<Key> general_keys() {
       {.path = "simulation.sleeping", .type = Type::boolean, .fallback = "true",
        .doc = "Resting blocks with a static certificate cost nothing until something reaches them."},
       {.path = "simulation.initial_state", .type = Type::path,
-       .doc = "`results.h5` of an earlier run: blocks and structures of the same names start from its last state, damage included."},
+       .doc = "`results.h5` of an earlier run: blocks and structures of the same names start from its last state, damage and contacts included: bonds that were torn stay torn."},
 
       {.path = "site", .type = Type::table, .doc = "The terrain. Solid lies below it."},
       {.path = "site.terrain", .type = Type::path,

@@ -48,7 +48,7 @@ void Builder::add_structures() {
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
-    std::vector<double>& moved = world_->preloaded.emplace_back();
+    std::vector<double>& moved = world_->displaced.emplace_back();
     if (spec.gravity_preload)
       for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());
     env_.structures.push_back(std::move(part));

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "coupling/contact_numbers.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -119,8 +120,8 @@ Checkpoint Simulation::save() const {
     for (const coupling::ContactMemory& m : s.contacts[i]) {
       keys.push_back(static_cast<std::int64_t>(m.partner));
       keys.push_back(static_cast<std::int64_t>(m.feature));
-      keys.push_back((m.broken ? 1 : 0) | (m.glued ? 2 : 0));
-      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
+      keys.push_back(coupling::bond_flags(m));
+      coupling::each_number(m, memory);
     }
   }
   Writer surfaces(c.numbers["surface_contacts"]);
@@ -129,7 +130,7 @@ Checkpoint Simulation::save() const {
     surface_keys.push_back(static_cast<std::int64_t>(list.size()));
     for (const coupling::ContactMemory& m : list) {
       surface_keys.insert(surface_keys.end(), {static_cast<std::int64_t>(m.partner), static_cast<std::int64_t>(m.feature), m.broken ? 1 : 0});
-      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.growth); surfaces(m.place); surfaces(m.normal);
+      coupling::each_number(m, surfaces);
     }
   }
   Writer general(c.numbers["general"]);
@@ -220,9 +221,8 @@ void Simulation::restore(const Checkpoint& c) {
     for (coupling::ContactMemory& m : s.contacts[i]) {
       m.partner = static_cast<std::uint64_t>(keys.next());
       m.feature = static_cast<std::uint64_t>(keys.next());
-      const std::int64_t bond = keys.next();
-      m.broken = (bond & 1) != 0, m.glued = (bond & 2) != 0;
-      memory(m.force); memory(m.shear); memory(m.normal_energy); memory(m.shear_energy); memory(m.crushed); memory(m.indentation); memory(m.offset); memory(m.stiffness); memory(m.growth); memory(m.place); memory(m.normal);
+      coupling::set_bond(m, keys.next());
+      coupling::each_number(m, memory);
     }
   }
   Reader surfaces(numbers("surface_contacts"));
@@ -233,7 +233,7 @@ void Simulation::restore(const Checkpoint& c) {
       m.partner = static_cast<std::uint64_t>(surface_keys.next());
       m.feature = static_cast<std::uint64_t>(surface_keys.next());
       m.broken = surface_keys.next() != 0;
-      surfaces(m.force); surfaces(m.shear); surfaces(m.normal_energy); surfaces(m.shear_energy); surfaces(m.crushed); surfaces(m.indentation); surfaces(m.offset); surfaces(m.stiffness); surfaces(m.growth); surfaces(m.place); surfaces(m.normal);
+      coupling::each_number(m, surfaces);
     }
   }
   Reader general(numbers("general"));

@@ -32,9 +32,9 @@ bool enclosed(const dda::Model::Block& block, const Pose& pose, const TriangleSu
   return winding(skin.vertices, skin.triangles, corners[0]) > 0.5 || winding(corners, block.shape->triangles, skin.vertices[0]) > 0.5;
 }
 
-/// How far gravity's preload moved the face of a structure's skin that a touch lies on [m].
-double preloaded(const World& world, int structure, int triangle) {
-  const std::vector<double>& moved = world.preloaded[static_cast<std::size_t>(structure)];
+/// How far the face of a structure's skin that a touch lies on has moved from where the scene has it [m].
+double displaced(const World& world, int structure, int triangle) {
+  const std::vector<double>& moved = world.displaced[static_cast<std::size_t>(structure)];
   if (moved.empty()) return 0;
   const TriangleSurface& skin = world.system->environment().structures[static_cast<std::size_t>(structure)].index->surface();
   double most = 0;
@@ -45,7 +45,7 @@ double preloaded(const World& world, int structure, int triangle) {
   return most;
 }
 
-/// Blocks that one structure's preload moved its skin into.
+/// Blocks that one structure's skin has moved into.
 struct MovedInto {
   int blocks = 0;
   double deepest = 0;   // [m]
@@ -54,7 +54,7 @@ struct MovedInto {
 
 }  // namespace
 
-std::vector<Problem> initial_overlaps(World& world, bool carried_on) {
+std::vector<Problem> initial_overlaps(World& world, const coupling::KnownPairs& known) {
   coupling::CoupledSystem& system = *world.system;
   std::vector<Problem> problems;
   const dda::Model& model = system.model();
@@ -82,16 +82,17 @@ std::vector<Problem> initial_overlaps(World& world, bool carried_on) {
   std::vector<MovedInto> moved_into(env.structures.size());
   std::vector<coupling::Touch> touches;
   for (const coupling::CandidatePair& c : candidates) {
+    if (known && known(c)) continue;
     touches.clear();
     coupling::find_touches(model, state.blocks, env, c, 0, state.contacts, touches);
     double deepest = 0, raise = 0;
     Vec3 where = Vec3::Zero(), away = Vec3::Zero();
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(c.b)];
     const double allowed = 1e-9 * 2 * b.shape->radius;
-    bool by_preload = offsets && c.a.kind == Kind::structure;
+    bool moved_in = offsets && c.a.kind == Kind::structure;
     for (const coupling::Touch& t : touches) {
-      const double depth = (carried_on ? 0.0 : t.offset) - t.at.gap;
-      by_preload = by_preload && (depth <= allowed || depth <= allowed + preloaded(world, c.a.index, t.at.face_a));
+      const double depth = t.offset - t.at.gap;
+      moved_in = moved_in && (depth <= allowed || depth <= allowed + displaced(world, c.a.index, t.at.face_a));
       if (t.at.normal.z() > 0.05) raise = std::max(raise, depth / t.at.normal.z());
       if (depth > deepest) {
         deepest = depth;
@@ -105,7 +106,7 @@ std::vector<Problem> initial_overlaps(World& world, bool carried_on) {
       where = state.blocks.c[static_cast<std::size_t>(c.b)];
     }
     if (!inside && deepest <= allowed) continue;
-    if (!inside && by_preload) {
+    if (!inside && moved_in) {
       system.start_touching(c, touches);
       MovedInto& m = moved_into[static_cast<std::size_t>(c.a.index)];
       if (m.blocks++ == 0) m.first = b.name;
@@ -134,8 +135,8 @@ std::vector<Problem> initial_overlaps(World& world, bool carried_on) {
   }
   for (std::size_t q = 0; q < moved_into.size(); ++q)
     if (const MovedInto& m = moved_into[q]; m.blocks > 0)
-      world.report(fmt::format("structure {}: gravity preload moved its skin into {} by up to {:.3g} m; they touch at the start", world.scene.structures[q].name,
-                               m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first), m.deepest));
+      world.report(fmt::format("structure {}: {} moved its skin into {} by up to {:.3g} m; they touch at the start", world.scene.structures[q].name,
+                               known ? "the run before" : "gravity preload", m.blocks == 1 ? "block " + m.first : fmt::format("{} blocks, {} among them,", m.blocks, m.first), m.deepest));
   return problems;
 }
 

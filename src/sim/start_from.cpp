@@ -4,10 +4,39 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "sim/carried_contacts.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
+namespace {
+
+/// The first interface, joint or rock bridge that can be bonded; empty: none.
+std::string first_bond(const scene::Scene& s) {
+  for (const auto& [a, b] : s.law_pairs)
+    if (const ContactLaw& law = s.laws(a, b); law.cohesion > 0 || law.tension > 0)
+      return fmt::format("the interface of {} and {}", s.materials[static_cast<std::size_t>(a)].name, s.materials[static_cast<std::size_t>(b)].name);
+  return {};
+}
+
+/// What of the state's blocks and contacts goes on, for the log.
+std::vector<std::string> contact_lines(const World& w, const FinalState& state, const std::string& file) {
+  std::vector<std::string> lines;
+  const dda::Model& model = w.system->model();
+  const auto here = [&](const std::string& name) { return std::any_of(model.blocks.begin(), model.blocks.end(), [&](const dda::Model::Block& b) { return b.name == name; }); };
+  std::string first;
+  long gone = 0;
+  for (const auto& [name, block] : state.blocks)
+    if (!here(name) && gone++ == 0) first = name;
+  if (gone > 0) lines.push_back(fmt::format("Blocks: {} of {} are not of this scene and are left out, {} among them.", gone, file, first));
+  long all = 0, bonded = 0, torn = 0;
+  for (const auto& list : w.system->state().contacts)
+    for (const coupling::ContactMemory& m : list) ++all, bonded += m.glued, torn += m.broken;
+  if (all > 0 && !first_bond(w.scene).empty()) lines.push_back(fmt::format("Contacts: {} bonded, {} torn at the start; what met in {} without a bond has none.", bonded, torn, file));
+  return lines;
+}
+
+}  // namespace
 
 FinalState Simulation::final_state() const {
   FinalState state;
@@ -22,6 +51,7 @@ FinalState Simulation::final_state() const {
     out.nodes = parts[q].structure->snapshot().nodes;
     parts[q].structure->save(out.history);
   }
+  keep_contacts(*world_, state);
   return state;
 }
 
@@ -66,14 +96,24 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
       continue;
     }
     structure.start_over();
-    if (!parts[q].fixed_surface) parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
+    if (!parts[q].fixed_surface) {
+      parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
+      w.displaced[q].clear();
+      for (const Vec3& u : structure.snapshot().displacement) w.displaced[q].push_back(u.norm());
+    }
     lines.push_back(fmt::format("Structure {}: starts from the last state in {}, largest damage {:.4g}.", name, file, structure.damage_max()));
   }
   if (problems.empty() && lines.empty()) problem("it holds no block and no structure of this scene", "give blocks or structures the names they had in that run");
-  for (auto& list : w.system->state().contacts) list.clear();
-  if (problems.empty()) problems = initial_overlaps(w, true);
+  if (w.paper || state.bodies.empty())
+    if (const auto bond = first_bond(w.scene); !bond.empty())
+      problem(fmt::format("method dda-1988 hands no bonds on to a later run, nor takes them from an earlier one, and {} has cohesion or tension", bond), "use method talus in both runs");
+  if (problems.empty()) {
+    const coupling::KnownPairs known = restore_contacts(w, state);
+    problems = initial_overlaps(w, known);
+    w.system->glue(known);
+  }
   if (!problems.empty()) throw InputError(problems);
-  w.system->glue();
+  for (std::string& line : contact_lines(w, state, file)) lines.push_back(std::move(line));
   w.notes.insert(w.notes.end(), lines.begin(), lines.end());
   return lines;
 }

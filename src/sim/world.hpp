@@ -32,7 +32,7 @@ class World {
   std::unique_ptr<coupling::CoupledSystem> system;   // blocks, environment, state; steps by method "talus"
   std::optional<PaperScheme> paper;                  // steps instead, if method is "dda-1988"
   RunHeader header;
-  std::vector<std::vector<double>> preloaded;        // per structure, how far gravity's preload moved each of its nodes [m]; empty: not at all
+  std::vector<std::vector<double>> displaced;        // per structure, how far each of its nodes is at the start from where the scene has it [m]; empty: not at all
   std::vector<std::string> notes;                    // what was left out and why
   Report report;
   double energy_start = 0;                           // [J]
@@ -57,9 +57,9 @@ class World {
   Pose pose(int listed) const;
 };
 
-/// Blocks that overlap something at the present state, one problem each. What overlaps a structure by no more than gravity's preload moved its skin there
-/// touches it (method talus). `carried_on`: the state is that of a run, whose springs on structures start unloaded from where they have sunk to.
-std::vector<Problem> initial_overlaps(World&, bool carried_on = false);
+/// Blocks that overlap something at the present state, one problem each. What overlaps a structure by no more than its skin has moved from where the scene has
+/// it touches it (method talus). `known`: pairs that stand to each other as a run has left them.
+std::vector<Problem> initial_overlaps(World&, const coupling::KnownPairs& known = {});
 
 /// Decides what exists. Throws InputError with every problem found.
 std::unique_ptr<World> build(scene::Scene scene, Report report);
