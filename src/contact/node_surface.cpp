@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "contact/surface_index.hpp"
+#include "contact/surface_near.hpp"
 
 namespace talus::contact {
 
@@ -39,6 +40,26 @@ bool node_surface(const SurfaceIndex& index, const Vec3& x, const Vec3& outward,
   out.face_a = best;
   out.face_b = -1;
   return true;
+}
+
+void nodes_near(const SurfaceIndex& nodes, const SurfaceIndex& faces, double reach, std::vector<int>& vertices) {
+  Box3 near = faces.impl().tree.bounds();
+  near.min().array() -= reach;
+  near.max().array() += reach;
+  near_vertices(nodes, near, vertices);
+  const TriangleSurface& skin = nodes.surface();
+  std::erase_if(vertices, [&](int v) { return skin.nodes[static_cast<std::size_t>(v)].count != 1 || !near.contains(skin.vertices[static_cast<std::size_t>(v)]); });
+}
+
+Vec3 tributary_area(const SurfaceIndex& index, int vertex) {
+  const SurfaceIndex::Impl& s = index.impl();
+  const auto at = [&](int v) -> const Vec3& { return s.surface.vertices[static_cast<std::size_t>(v)]; };
+  Vec3 four = Vec3::Zero();   // of four triangles about a face's centre, the third of their vertices, two are at each of its nodes: each has twice its area
+  for (int i = s.vertex_offset[static_cast<std::size_t>(vertex)]; i < s.vertex_offset[static_cast<std::size_t>(vertex) + 1]; ++i) {
+    const auto& t = s.surface.triangles[static_cast<std::size_t>(s.vertex_triangle[static_cast<std::size_t>(i)])];
+    if (t[2] != vertex) four += (at(t[1]) - at(t[0])).cross(at(t[2]) - at(t[0]));
+  }
+  return 0.25 * four;
 }
 
 }  // namespace talus::contact

@@ -21,6 +21,13 @@ struct StructurePart {
   bool one_way = false;
   bool stepped() const { return !fixed_surface || one_way; }
   bool lagging_index = false;   // skin moved since the last refit
+  /// What its index was left focused on by an island of structures alone, from one stretch to the next; none if `between` is negative.
+  struct Followed {
+    double between = -1;          // within this distance of the partners' skins [m],
+    double path = 0;              // which have moved by no more than this since then [m]
+    std::uint64_t revision = 0;   // of its own skin
+    std::vector<int> partners;    // structures, ascending
+  } followed;
   double touch_stiffness = 0;   // extra normal compliance is 1 / this [N/m]; 0: none
 };
 

@@ -44,11 +44,11 @@ void IslandStepper::begin(const Island& island) {
   }
   if (island.blocks.empty())
     for (int s : island.structures) {
-      const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(s)].index->surface();
-      length_ = std::min(length_, face_edge(skin));
-      for (const Vec3& v : skin.velocities) speed_ = std::max(speed_, v.norm());
+      length_ = std::min(length_, face_edge(skin(s)));
+      for (const Vec3& v : skin(s).velocities) speed_ = std::max(speed_, v.norm());
     }
   if (!(speed_ > 0)) speed_ = 1;
+  go_on_following();
 }
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {

@@ -76,8 +76,17 @@ class IslandStepper {
   bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
   void begin_step(double h, bool frozen_strain);
   // island_focus.cpp
+  struct Followed { double blocks, skins; };
   void follow_skins(double h);
-  void follow_all();
+  Followed followed_need(double h, double fastest) const;
+  bool follows(const Followed& need) const;
+  void choose_followed();
+  void go_on_following();
+  void end_following();
+  double fastest_skin() const;
+  std::vector<int> met_by(int structure) const;
+  const TriangleSurface& skin(int structure) const;   // as it is now
+  double surface_reach() const { return 0.5 * length_; }   // of nodes of a skin against faces of another [m]
   // island_run.cpp
   IslandReport run(double t, double duration);
   double next_length(const Trial& trial, double duration, double longest);
@@ -258,7 +267,9 @@ class IslandStepper {
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
   struct Seen { int block; Vec3 c; Quat q; };
   std::vector<Seen> seen_;                // blocks at structures, where they were when the followed part of the skins was chosen
-  double followed_ = -1;                  // how far from those blocks skins are followed [m]; negative: everywhere
+  double followed_ = -1;                  // how far from those blocks skins are followed, 0 without blocks [m]; negative: everywhere
+  double followed_skins_ = 0;             // how far from each other's faces [m]
+  std::vector<std::uint64_t> followed_revisions_;   // of the island's skins as they were chosen
   double skin_path_ = 0;                  // bound on how far the skins have moved since then [m]
   double skin_travel_ = 0;                // and since the stretch began [m]
   std::vector<PairWatch> watches_;        // per pair, while skins are followed

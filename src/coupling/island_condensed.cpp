@@ -56,16 +56,16 @@ bool IslandStepper::may_condense(double t) {
 bool IslandStepper::all_rest() {
   found_for_ = -1;
   find(0);
-  double skin = 0;
+  double fastest = 0;
   for (int s : island_->structures)
-    for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].index->surface().velocities) skin = std::max(skin, v.norm());
+    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.norm());
   for (const CandidatePair& pair : island_->pairs) {
     if (pair.a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface) continue;
     const bool rests = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
       return touch.a == pair.a && touch.b == pair.b && touch.persistent && touch.approach > -gentle_speed();
     });
     const auto k = static_cast<std::size_t>(pair.b);
-    if (!rests && skin + state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
+    if (!rests && fastest + state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
   }
   return true;
 }
@@ -103,7 +103,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
     // Motion that stays below the accuracy has no period to keep: a squat structure's, of few stable steps, least of all.
     const double omega = std::sqrt(12 * settings_.accuracy) / limit;
     double fastest = 0;
-    for (const Vec3& v : env_.structures[static_cast<std::size_t>(s)].index->surface().velocities) fastest = std::max(fastest, v.norm());
+    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.norm());
     if (fastest <= 0.1 * settings_.accuracy * length_ * omega) limit = std::max({limit, 0.8 / omega, 4 * least_gain * structure.critical_step()});
     explicit_step = std::min(explicit_step, structure.critical_step());
     if (settings_.fixed_step <= 0) longest = std::min(longest, limit);

@@ -61,7 +61,7 @@ void IslandStepper::find(double h, bool at_start) {
   left_out_.resize(pairs);
   each_pair([this](std::size_t i) { look(i); });
   touches_at_surfaces_.clear();
-  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, 0.5 * length_, surface_history_, touches_at_surfaces_);
+  for (const SurfacePair& pair : island_->surfaces) find_surface_touches(env_, pair, surface_reach(), surface_history_, touches_at_surfaces_);
   gather_touches();
 }
 

@@ -23,7 +23,7 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
   stop_ = stop;
   suggested_ = first_step;
   IslandReport report = run(t, duration);
-  follow_all();
+  end_following();
   return report;
 }
 
@@ -95,7 +95,7 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   // No farther than the step will reach: what the last one's projection found then serves again.
   const double expected = suggested_ > 0 ? std::min(remaining, (with_structure && !condensed_ ? lengthening : 1.0) * suggested_)
                                          : equal_part(remaining, step_limit(remaining, trial.lumped));
-  if (with_structure && !condensed_ && suggested_ > 0) follow_skins(expected);
+  if (with_structure && !condensed_ && (suggested_ > 0 || island_->blocks.empty())) follow_skins(expected);
   find(expected);
   double h = step_limit(remaining, trial.lumped);
   if (condensed_) {

@@ -54,6 +54,22 @@ void drop_apart(const dda::Model& model, const dda::State& s, std::span<const do
   });
 }
 
+/// Where a structure's skin is, whatever of it the index follows.
+Box3 skin_box(const StructurePart& part) {
+  if (part.fixed_surface) return part.index->bounds();
+  Box3 box;
+  for (const Vec3& x : part.structure->surface().vertices) box.extend(x);
+  return box;
+}
+
+/// The whole skin as it is now.
+void bring_up_to_date(StructurePart& part) {
+  if (part.followed.between >= 0) part.index->unfocus(part.structure->surface());
+  else part.index->refit(part.structure->surface());
+  part.followed = {};
+  part.lagging_index = false;
+}
+
 /// Longest next stretch after one in which structures took sub-steps [s]; 0: any. All that may come near within a stretch is one island, which shares the
 /// structure's sub-steps: among more than a few blocks in motion a short stretch leaves most of them out.
 double crowd_limit(const dda::Model& model, const Environment& env, const std::vector<char>& asleep, int few) {
@@ -158,17 +174,17 @@ void CoupledSystem::pair_structures(double duration, Plan& p) const {
     const StructurePart& part = env_.structures[q];
     if (part.fixed_surface || part.structure->quiet()) continue;
     double fastest = 0;
-    for (const Vec3& v : part.index->surface().velocities) fastest = std::max(fastest, v.norm());
+    for (const Vec3& v : part.structure->surface().velocities) fastest = std::max(fastest, v.norm());
     p.structure_reach[q] = 1.5 * duration * fastest;
   }
   for (const auto& [a, b] : env_.touching_structures) {
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     if (env_.structures[i].structure->quiet() && env_.structures[j].structure->quiet()) continue;
-    Box3 near = env_.structures[i].index->bounds();
+    Box3 near = skin_box(env_.structures[i]);
     const double reach = p.structure_reach[i] + p.structure_reach[j] + 1e-3 * near.sizes().norm();
     near.min().array() -= reach;
     near.max().array() += reach;
-    if (near.intersects(env_.structures[j].index->bounds())) p.surfaces.push_back({a, b});
+    if (near.intersects(skin_box(env_.structures[j]))) p.surfaces.push_back({a, b});
   }
 }
 
@@ -278,11 +294,9 @@ void CoupledSystem::plan(double duration, Plan& p) const {
 }
 
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
+  const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; });
   for (StructurePart& part : env_.structures)
-    if (part.lagging_index) {
-      part.index->refit(part.structure->surface());
-      part.lagging_index = false;
-    }
+    if (part.lagging_index || (blocks_move && part.followed.between >= 0)) bring_up_to_date(part);
   Plan p;
   plan(duration, p);
   const SystemState before = state_;
@@ -335,7 +349,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t q = 0; q < env_.structures.size(); ++q)
       if (p.structure_used[q]) {
         env_.structures[q].structure->restore(structures_before[q]);
-        env_.structures[q].index->refit(env_.structures[q].structure->surface());
+        bring_up_to_date(env_.structures[q]);
       }
     if (escaped || stopped) failure.clear();
     return false;
@@ -385,10 +399,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
     schemes_[q] = part.structure->advance_alone(state_.time, duration);
     part.lagging_index = !part.fixed_surface;
-    if (const TriangleSurface& skin = part.structure->surface(); part.lagging_index && skin.revision != part.index->surface().revision) {
-      part.index->refit(skin);   // a new topology is never left behind: a checkpoint keeps positions alone
-      part.lagging_index = false;
-    }
+    const bool new_topology = part.structure->surface().revision != part.index->surface().revision;   // is never left behind: a checkpoint keeps positions alone
+    if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
   islands_ = static_cast<int>(p.islands.size());
   sums_.asleep_skipped += p.skipped;

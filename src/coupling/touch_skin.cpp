@@ -82,27 +82,20 @@ double face_edge(const TriangleSurface& skin) {
 void find_surface_touches(const Environment& env, const SurfacePair& pair, double reach, const ContactHistory& history, std::vector<Touch>& out) {
   const StructurePart &part_a = env.structures[static_cast<std::size_t>(pair.a)], &part_b = env.structures[static_cast<std::size_t>(pair.b)];
   const TriangleSurface& skin = part_b.index->surface();
-  Box3 near = part_a.index->bounds();
-  near.min().array() -= reach;
-  near.max().array() += reach;
-  // Tributary area of every node of the skin as a vector, half of each of its triangles (times 4).
-  std::vector<Vec3> weighted(skin.vertices.size(), Vec3::Zero());
-  for (const auto& t : skin.triangles) {
-    const Vec3& a = skin.vertices[static_cast<std::size_t>(t[0])];
-    const Vec3 twice = (skin.vertices[static_cast<std::size_t>(t[1])] - a).cross(skin.vertices[static_cast<std::size_t>(t[2])] - a);
-    for (int k = 0; k < 2; ++k) weighted[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])] += twice;   // the third is the centre of the face
-  }
+  thread_local std::vector<int> near;
+  contact::nodes_near(*part_b.index, *part_a.index, reach, near);
   const Partner partner{Partner::Kind::structure, pair.a};
-  for (std::size_t v = 0; v < skin.vertices.size(); ++v) {
-    if (skin.nodes[v].count != 1 || !near.contains(skin.vertices[v])) continue;
+  for (const int vertex : near) {
+    const auto v = static_cast<std::size_t>(vertex);
+    const Vec3 tributary = contact::tributary_area(*part_b.index, vertex);
     Touch t;
-    if (!contact::node_surface(*part_a.index, skin.vertices[v], weighted[v].normalized(), reach, t.at)) continue;
+    if (!contact::node_surface(*part_a.index, skin.vertices[v], tributary.normalized(), reach, t.at)) continue;
     t.a = partner;
     t.b = -1;
     t.b_structure = pair.b;
     t.b_node = skin.nodes[v].node[0];
     // Of an edge or corner node only what faces the partner.
-    t.at.area = 0.25 * std::max(0.0, -t.at.normal.dot(weighted[v]));
+    t.at.area = std::max(0.0, -t.at.normal.dot(tributary));
     t.at.key = static_cast<contact::FeatureKey>(t.b_node);
     t.law = &env.laws(part_a.material, part_b.material);
     const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "core/error.hpp"
+#include "fem/trilinear.hpp"
 
 namespace talus::fem {
 
@@ -186,7 +187,6 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     p.remedy = remedy;
     problems.push_back(p);
   };
-  const std::array<Gradients, 8> at_corners = gradients_at([](int a) { return Vec3(corner_sign[a][0], corner_sign[a][1], corner_sign[a][2]); });
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
     std::array<int, 8> sorted = mesh.hexes[cell];
     std::sort(sorted.begin(), sorted.end());
@@ -197,9 +197,10 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     double longest = 0;
     for (int a = 1; a < 8; ++a) longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
     double least = INFINITY;
-    for (int q = 0; q < 8; ++q) least = std::min(least, point_jacobian(mesh, cell, q).determinant());
+    const TrilinearMap map(mesh, cell);
+    for (int q = 0; q < 8; ++q) least = std::min(least, map.jacobian(gauss_point(q)).determinant());
     double corner = INFINITY;
-    for (const Gradients& g : at_corners) corner = std::min(corner, jacobian_by(mesh, cell, g).determinant());
+    for (int a = 0; a < 8; ++a) corner = std::min(corner, map.jacobian(Vec3(corner_sign[a][0], corner_sign[a][1], corner_sign[a][2])).determinant());
     const double scale = longest * longest * longest / 8;
     const bool solid = least > 1e-9 * scale;
     if (solid && corner >= -1e-9 * scale) continue;
@@ -213,8 +214,10 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
 
 std::vector<double> cell_volumes(const HexMesh& mesh) {
   std::vector<double> volume(mesh.hexes.size(), 0.0);
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
-    for (int q = 0; q < 8; ++q) volume[cell] += point_jacobian(mesh, cell, q).determinant();
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
+    const TrilinearMap map(mesh, cell);
+    for (int q = 0; q < 8; ++q) volume[cell] += map.jacobian(gauss_point(q)).determinant();
+  }
   return volume;
 }
 

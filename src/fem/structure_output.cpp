@@ -213,11 +213,14 @@ void FemStructure::save(std::vector<double>& state) const {
   state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work, books_.algorithmic});
+  const std::size_t motion = state.size();
+  state.resize(motion + 9 * mass_.size());
+  double* to = state.data() + motion;
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c) {
-      state.push_back(u_[4 * i + c]);
-      state.push_back(v_[4 * i + c]);
-      state.push_back(contact_impulse_[4 * i + c]);
+      *to++ = u_[4 * i + c];
+      *to++ = v_[4 * i + c];
+      *to++ = contact_impulse_[4 * i + c];
     }
   save_linear(state);
   if (bars_) bars_->save(state);

@@ -7,6 +7,7 @@
 
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
+#include "fem/trilinear.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 
@@ -96,12 +97,14 @@ void FemStructure::set_masses() {
   for (double& m : cell_mass_) m *= spec_.density;
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.
   mass_.assign(n, 0.0);
-  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
+  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
+    const TrilinearMap map(mesh_, cell);
     for (int q = 0; q < 8; ++q) {
       const std::array<double, 8> shape = shape_values(gauss_point(q));
-      const double w = spec_.density * point_jacobian(mesh_, cell, q).determinant();
+      const double w = spec_.density * map.jacobian(gauss_point(q)).determinant();
       for (int a = 0; a < 8; ++a) mass_[mesh_.hexes[cell][a]] += w * shape[a];
     }
+  }
   if (!spec_.rebar_file.empty() || !spec_.rebar_rules.empty()) {
     std::vector<rebar::Member> shapes;
     for (const Pier& pier : find_piers(spec_)) shapes.push_back(pier.shape);
@@ -123,12 +126,14 @@ void FemStructure::find_critical_step() {
   // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from below.
   const std::size_t n = u_.size();
   const int steps = 40;
-  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0);
+  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0), masses(n);
+  using Vector = Eigen::Map<Eigen::VectorXd>;
+  const auto of = [n](AlignedVector& v) { return Vector(v.data(), static_cast<Eigen::Index>(n)); };
   std::uint64_t seed = 88172645463325252ull;
   double norm_sq = 0;
   for (std::size_t i = 0; i < n; ++i) {
     seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-    const double mass = mass_[i / 4];
+    const double mass = masses[i] = mass_[i / 4];
     x[i] = inverse_mass_[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
     norm_sq += mass * x[i] * x[i];
   }
@@ -157,18 +162,14 @@ void FemStructure::find_critical_step() {
       for (std::size_t k = 0; k < spring.node.size(); ++k)
         for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
     }
-    double a = 0;
-    for (std::size_t i = 0; i < n; ++i) a += inverse_mass_[i] > 0 ? y[i] * x[i] : 0;
-    double norm = 0;
-    for (std::size_t i = 0; i < n; ++i) {
-      y[i] = inverse_mass_[i] * y[i] - a * x[i] - beta * previous[i];
-      norm += mass_[i / 4] * y[i] * y[i];
-    }
+    const double a = of(y).dot(of(x));   // x is zero where it is held
+    of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
     diagonal.push_back(a);
-    beta = std::sqrt(norm);
+    beta = std::sqrt(of(y).dot(of(masses).cwiseProduct(of(y))));
     if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
     off.push_back(beta);
-    for (std::size_t i = 0; i < n; ++i) previous[i] = x[i], x[i] = y[i] / beta;
+    previous.swap(x);
+    of(x) = of(y) / beta;
   }
   const int size = static_cast<int>(diagonal.size());
   MatX t = MatX::Zero(size, size);

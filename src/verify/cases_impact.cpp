@@ -20,12 +20,13 @@ struct RodScene {
   double ratio = 1;            // mass of the rod over that of the striker
   int cells = 100;
   double fraction = 0.9;       // of the stable step
-  bool soft = false;           // contact as stiff as the touched cell, E / h
+  static constexpr int soft_cells = 8;
+  bool soft = false;           // contact as stiff as so many cells, E / (8 h)
   Method method = Method::by_accuracy(1e-3);
   std::string text() const {
     const double end = 5.2e-3, height = 0.05;
     SceneText s(method, end, Vec3::Zero());
-    const std::string law = soft ? "normal_stiffness = \"" + number(modulus * cells) + " Pa/m\"" : hard;
+    const std::string law = soft ? "normal_stiffness = \"" + number(modulus * cells / soft_cells) + " Pa/m\"" : hard;
     s.history(8.8e-4 / cells).material("rod", density, "young = " + number(modulus) + "\npoisson = 0.0").material("rock", density / (ratio * height)).interface("rock", "rod", 0, law);
     s.box("striker", Vec3(side, side, height), Vec3(0, 0, 1 + height / 2), velocity(Vec3(0, 0, -speed)));
     return s.raw(structure_box("rod", Vec3(side, side, 1), Vec3(0, 0, 0.5), {1, 1, cells}, "rod", std::string(held_below) + fmt::format("critical_step_fraction = {}\n", number(fraction)))).str();
@@ -39,6 +40,26 @@ constexpr RodReference rods[] = {{0.5, 4.709, -0.925}, {1, 3.068, -0.688}, {2, 2
 /// Stress over rho c V at the struck end for c t / L in (2, 4), and at the clamped one in (3, 5).
 double struck(double r, double t) { return std::exp(-r * t) + 2 * std::exp(-r * (t - 2)) * (1 - r * (t - 2)); }
 double clamped(double r, double t) { return 2 * (struck(r, t - 1) - std::exp(-r * (t - 3))); }
+/// Largest force on a spring of stiffness rho c^2 A / (tau L) between striker and rod, over rho c V A, by characteristics; times in L / c:
+///
+///   F' = (v_s - v_r) / tau,   v_s' = - r F,   F(t) = v_r + 2 f(t - 2),   f(t) = F(t) - f(t - 2)
+///
+/// with f the wave that goes down the rod and comes back from the clamped end as it was.
+double struck_on_spring(double r, double tau) {
+  constexpr int steps = 100000;   // of the way there and back
+  const double dt = 2.0 / steps;
+  std::vector<double> down(2 * steps + 1, 0.0);
+  double force = 0, striker = 1, largest = 0;
+  for (int i = 0; i < 2 * steps; ++i) {
+    const auto returning = [&](int at) { return at >= steps ? down[static_cast<std::size_t>(at - steps)] : 0.0; };
+    const double next = std::max(0.0, force + dt * (striker - (force - 2 * returning(i))) / tau);
+    striker -= dt * r * force;
+    force = next;
+    down[static_cast<std::size_t>(i + 1)] = force - returning(i + 1);
+    largest = std::max(largest, force);
+  }
+  return largest;
+}
 /// Mean over a window behind the jump: how a peak at a jump is read, since no mesh resolves the jump.
 template <class F>
 double exact_mean(const F& f, double r, double start, double window) {
@@ -67,24 +88,25 @@ void rod_case(CaseRun& c) {
     const std::string title = fmt::format("rod/striker {:g}", r.ratio);
     if (!o.ok()) return c.failed(o.result.message);
     const auto samples = resultants(o);
-    const std::string read = "d'Alembert, mean over 0.05 to 0.25 L/c behind the jump";
-    c.relative(title + ": struck end, stress/(rho c V)", read, exact_mean(struck, r.ratio, 2 + behind, window), window_mean(samples, Vec3(0, 0, -1), (2 + behind) * 1e-3, window * 1e-3) / RodScene::unit_force, 0.02);
+    // Of the peak: means over so long a window fall below it as the rod grows heavier, and cross zero.
+    const std::string read = "d'Alembert, mean over 0.05 to 0.25 L/c behind the jump, allowed 2 % of the peak";
+    c.absolute(title + ": struck end, stress/(rho c V)", read, exact_mean(struck, r.ratio, 2 + behind, window), window_mean(samples, Vec3(0, 0, -1), (2 + behind) * 1e-3, window * 1e-3) / RodScene::unit_force, 0.02 * struck(r.ratio, 2));
     std::vector<ContactSample> base;
     for (std::size_t i = 1; i < o.rows.size(); ++i) base.push_back({o.rows[i].time, o.rows[i].time - o.rows[i - 1].time, o.rows[i].structures[0].base_force});
-    c.relative(title + ": clamped end, stress/(rho c V)", read, exact_mean(clamped, r.ratio, 3 + behind, window), window_mean(base, Vec3(0, 0, -1), (3 + behind) * 1e-3, window * 1e-3) / RodScene::unit_force, 0.02);
+    c.absolute(title + ": clamped end, stress/(rho c V)", read, exact_mean(clamped, r.ratio, 3 + behind, window), window_mean(base, Vec3(0, 0, -1), (3 + behind) * 1e-3, window * 1e-3) / RodScene::unit_force, 0.02 * clamped(r.ratio, 3));
     double separation = 0;
     c.relative(title + ": striker's velocity/V at separation", "d'Alembert", r.velocity, -std::abs(rebound(o, pause, &separation)), 0.01);
     c.relative(title + ": first separation, c t/L", "d'Alembert", r.separation, separation * 1e3, 0.02);
     if (r.ratio == 1) c.relative(title + ": velocity/V after the second contact", "d'Alembert", -0.699, -o.last().velocity[0].z() / RodScene::speed, 0.01);
     judge_interface(c, o, title, 0.01);
-    // As stiff as the touched cell: the front is smooth, and the largest force of any step nears the peak with the cell size.
+    // At a jump any mesh overshoots, however fine. As soft as several cells the front is one that the mesh resolves, and the largest force of any step is the rod's own.
     if (!c.quick()) {
       scene.soft = true;
       scene.cells = 400;
       const Outcome soft = c.run(scene.text());
       double peak = 0;
       for (const ContactSample& s : resultants(soft)) peak = std::max(peak, -s.force.z());
-      c.relative(title + ", contact E/h, 400 cells: largest force of any step", "d'Alembert, at the jump", struck(r.ratio, 2), peak / RodScene::unit_force, 0.02);
+      c.relative(title + ", contact E/(8 h), 400 cells: largest force of any step", "d'Alembert, striker on a spring", struck_on_spring(r.ratio, double(RodScene::soft_cells) / scene.cells), peak / RodScene::unit_force, 0.02);
     }
     if (c.quick()) break;
   }
