@@ -16,7 +16,7 @@ namespace {
 // A cracked cell still closes, carries pressure along its cracks, and its bars hold: it is eroded only once it stands wide open,
 // and as long as a bar in it holds, not before it is distorted beyond use.
 constexpr double strain_limit = 0.5;     // strain at which a cell is eroded whatever its damage
-constexpr double open_gap = 5e-3;        // with all points at the cap [m], at least: faces of cracks that are less than a grain apart interlock
+constexpr double open_gap = 5e-3;        // with all points at the cap [m]
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
 // and stand apart along its normal: a crack of 1 mm has no cohesion left (that ends near 0.2 mm) and little interlock.
 constexpr double cut_opening = 1e-3;     // [m]
@@ -91,12 +91,11 @@ void FemStructure::remove_node(int n) {
 }
 
 std::vector<int> FemStructure::spent_cells() const {
-  const double gap = std::max(open_gap, concrete_->aggregate);
-  std::vector<int> cells = damage_->spent(strain_limit, gap, {});
+  std::vector<int> cells = damage_->spent(strain_limit, open_gap, {});
   if (cells.empty() || !bars_) return cells;
   std::vector<char> kept(live_.size(), 0);
   bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
-  return damage_->spent(strain_limit, gap, kept);
+  return damage_->spent(strain_limit, open_gap, kept);
 }
 
 void FemStructure::erode(const std::vector<int>& cells) {

@@ -103,28 +103,6 @@ TEST(Erosion, TakesWhatStandsOpenNotWhatIsPressedTogether) {
   }
 }
 
-TEST(Erosion, LeavesFacesOfACrackThatAreLessThanAGrainApart) {
-  // They interlock, and carry pressure once the crack closes.
-  const auto gone = [](double grain, double opening) {
-    StructureSpec s = cube("concrete");
-    s.erosion = true;
-    s.aggregate = grain;
-    FemStructure body(s, Vec3::Zero(), silent);
-    const double h = body.critical_step(), speed = 2;
-    for (double t = 0; speed * t < opening && body.spalled_volume() == 0; t += h) {
-      body.predict(t, h);
-      std::vector<NodeImpulse> pull;
-      for (int n = 0; n < 8; ++n)
-        if (body.mesh().nodes[n].z() > 0.05) pull.push_back({n, Vec3(0, 0, body.node_mass(n) * (speed - body.predicted_velocity(n).z()))});
-      body.correct(t, h, pull);
-    }
-    return body.spalled_volume() > 0;
-  };
-  EXPECT_FALSE(gone(0.016, 0.014));
-  EXPECT_TRUE(gone(0.016, 0.02));
-  EXPECT_TRUE(gone(0, 0.014));
-}
-
 TEST(Erosion, BooksDoNotKnowWhereZeroIs) {
   const auto lost = [](double z) {
     StructureSpec s = cantilever(2, 8);
