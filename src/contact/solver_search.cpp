@@ -122,7 +122,7 @@ bool Search::shifted(int rounds, int budget) {
   return done;
 }
 
-bool Search::run(const SolveSettings& settings, SolveReport& report) {
+void Search::begin(const SolveSettings& settings, SolveReport& report) {
   settings_ = &settings;
   report_ = &report;
   polished_ = INFINITY;
@@ -130,6 +130,23 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   hessian_.prepare(system);
+}
+
+bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
+  begin(settings, report);
+  const std::vector<Vec3> warm = p;
+  for (Vec3& impulse : p) impulse *= 0.5;   // of the same region
+  if (newton(1e-4, 20)) {
+    p = best_p;
+    swept(6);   // to round-off
+    return true;
+  }
+  p = warm;
+  return false;
+}
+
+bool Search::run(const SolveSettings& settings, SolveReport& report) {
+  begin(settings, report);
   const bool small = system.n <= 48;
   // From farther off straight to the path.
   if ((small || best <= near * settings.velocity_scale) && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;

@@ -22,6 +22,8 @@ class Search {
 
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
+  /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each other in balance no more than the load asks for.
+  bool unstressed(const SolveSettings& settings, SolveReport& report);
   /// From p on. True if the best comes below what suffices.
   bool run(const SolveSettings& settings, SolveReport& report);
 
@@ -37,6 +39,8 @@ class Search {
   double visited(int count);   // residual after sweeps from p
   bool swept_while_it_pays();
   void start_from_nothing();
+
+  void begin(const SolveSettings& settings, SolveReport& report);
 
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;

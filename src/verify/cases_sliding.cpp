@@ -1,4 +1,4 @@
-// A1 to A8: one block that sticks, slides, topples; closed forms of Coulomb's law.
+// A1 to A8, A34: one block that sticks, slides, topples; closed forms of Coulomb's law.
 #include <cmath>
 #include <numbers>
 
@@ -194,6 +194,25 @@ void cohesion(CaseRun& c) {
   c.relative("force at slip [N]", "T = c A + N tan phi", limit, 0.5 * (low + high), 1e-6);
 }
 
+/// Walls that a block just fits between press on it with what its load asks for: nothing, where nothing pushes it aside.
+void snug_channel(CaseRun& c) {
+  const Method m = Method::by_accuracy(1e-3);
+  c.method(m);
+  for (const auto& [a, mu] : {std::pair(30 * deg, 0.2), std::pair(20 * deg, 0.3)}) {
+    c.reset();
+    SceneText s = slope(m, a, mu, 1);
+    const Outcome o = c.run(s.plane(Vec3::UnitY(), Vec3(0, -0.5, 0)).plane(-Vec3::UnitY(), Vec3(0, 0.5, 0)).str());
+    c.relative(fmt::format("path in 1 s, {:.0f} deg, mu {}", a / deg, mu), "s = 1/2 g (sin a - mu cos a) t^2: the floor alone is loaded", 0.5 * g * (std::sin(a) - mu * std::cos(a)), down(o, a), 1e-7);
+  }
+  c.reset();
+  const double mu = 0.2, v = 3, t = 0.3;
+  SceneText s(m, t);
+  s.material("rock", 2600).interface("rock", "rock", mu).interface("rock", "ground", mu).plane(Vec3::UnitZ());
+  s.box("A", Vec3::Ones(), Vec3(0, -1, 0.5), "fixed = true\n").box("B", Vec3::Ones(), Vec3(0, 0, 0.5), velocity(Vec3(v, 0, 0))).box("C", Vec3::Ones(), Vec3(0, 1, 0.5), "fixed = true\n");
+  const Outcome o = c.run(s.str());
+  c.relative("path between two fixed blocks", "s = v t - 1/2 mu g t^2", v * t - 0.5 * mu * g * t * t, o.last().position[1].x(), 1e-7);
+}
+
 }  // namespace
 
 std::vector<Case> sliding_cases() {
@@ -206,6 +225,7 @@ std::vector<Case> sliding_cases() {
       {"dda", "A6", "Block on a base with a rectangular pulse", "Newmark 1965", true, newmark_pulse},
       {"dda", "A7", "Block on a shaking table", "piecewise closed form", true, shaking_table},
       {"dda", "A8", "Cohesion", "Mohr-Coulomb", true, cohesion},
+      {"dda", "A34", "Block in a channel that it just fits", "Coulomb; closed form", true, snug_channel},
   };
 }
 

@@ -50,6 +50,16 @@ TEST(ContactSolverClosedForm, BlockOnInclineSticksByAMillionth) {
   EXPECT_NEAR(slides.velocity(0).x(), h * g * (std::sin(a) - 0.49 * std::cos(a)), 1e-12);
 }
 
+// A cube between two walls that it just fits: they could press on it as hard as they like, and nothing makes them.
+TEST(ContactSolverClosedForm, WallsOfASnugChannelDoNotSqueezeWhatSlides) {
+  const double a = 20 * M_PI / 180, mu = 0.3, h = 0.01;
+  Builder b = incline(a, mu, h);
+  b.patch(-1, 0, Vec3(0, -0.5, 0.5), 0.5 * X, 0.5 * Z, Y, mu);
+  b.patch(-1, 0, Vec3(0, 0.5, 0.5), 0.5 * X, 0.5 * Z, -Y, mu);
+  solve(b);
+  EXPECT_NEAR(b.velocity(0).x(), h * g * (std::sin(a) - mu * std::cos(a)), 1e-7 * h * g);   // a quarter of it with what sweeps leave between the walls
+}
+
 TEST(ContactSolverClosedForm, SlidingBlockDoesNotLiftUnlessAssociated) {
   const double mu = 0.5, h = 0.01, v = 3;
   Builder exact = incline(0, mu, h, Vec3(v, 0, 0));
