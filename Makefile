@@ -18,10 +18,10 @@ help:
 setup:
 	@scripts/setup.sh
 
-# The program and its two modules; the tests are built by `make test`.
+# The program and its modules; the tests are built by `make test`.
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
-	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_dealii talus_raster
+	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_cholmod talus_dealii talus_raster
 
 test: setup
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)

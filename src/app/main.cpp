@@ -1,4 +1,6 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
+#include <malloc.h>
+
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -38,6 +40,17 @@ int dispatch(const CLI::App& cli, const Options& options) {
   return found->second(options);
 }
 
+/// Arrays of megabytes lie in the heap from the start, which is not given back in between and grows by megabytes: pages once touched serve the next
+/// array. glibc comes to the same two thresholds by itself, one freed array at a time.
+void keep_pages() {
+#ifdef __GLIBC__
+  constexpr int mebibyte = 1 << 20;
+  mallopt(M_MMAP_THRESHOLD, 32 * mebibyte);
+  mallopt(M_TRIM_THRESHOLD, 64 * mebibyte);
+  mallopt(M_TOP_PAD, 4 * mebibyte);
+#endif
+}
+
 int run(int argc, char** argv) {
   Options options;
   const auto cli = make_cli(options);
@@ -73,6 +86,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace talus;
+  app::keep_pages();
   std::signal(SIGXFSZ, SIG_IGN);   // a file-size limit is a write error with a message, not a death
   std::string text;
   int code = app::numerical_failure;

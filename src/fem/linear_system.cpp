@@ -1,12 +1,6 @@
 #include "fem/linear_system.hpp"
 
-#include <cholmod.h>
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <cstring>
-
-#include "core/error.hpp"
 
 namespace talus::fem {
 
@@ -93,70 +87,6 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
             m.value[std::lower_bound(first, last, row) - m.row.begin()] += spring.weight[a] * spring.weight[b] * spring.stiffness(i, j);
           }
   return m;
-}
-
-struct CholeskyFactor::Work {
-  cholmod_common common;
-  cholmod_factor* factor = nullptr;
-  cholmod_dense *solution = nullptr, *y = nullptr, *e = nullptr;
-  int n = 0;
-};
-
-CholeskyFactor::CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d) : work_(std::make_unique<Work>()) {
-  Work& w = *work_;
-  w.n = a.n;
-  cholmod_l_start(&w.common);
-  w.common.supernodal = CHOLMOD_SUPERNODAL;
-  w.common.nmethods = 1;
-  w.common.method[0].ordering = a.n > 2000 ? CHOLMOD_METIS : CHOLMOD_AMD;
-  w.common.postorder = 1;
-  w.common.print = 0;
-  cholmod_sparse* s = cholmod_l_allocate_sparse(a.n, a.n, a.row.size(), 1, 1, -1, CHOLMOD_REAL, &w.common);
-  auto* column = static_cast<SuiteSparse_long*>(s->p);
-  auto* row = static_cast<SuiteSparse_long*>(s->i);
-  auto* value = static_cast<double*>(s->x);
-  for (int c = 0; c <= a.n; ++c) column[c] = a.column[c];
-  for (std::size_t k = 0; k < a.row.size(); ++k) row[k] = a.row[k], value[k] = a.value[k];
-  if (shift != 0)
-    for (int c = 0; c < a.n; ++c) value[a.column[c]] += shift * d[c];  // the diagonal comes first in its column
-  w.factor = cholmod_l_analyze(s, &w.common);
-  cholmod_l_factorize(s, w.factor, &w.common);
-  const bool good = w.common.status == CHOLMOD_OK && w.factor && w.factor->minor == static_cast<std::size_t>(a.n);
-  cholmod_l_free_sparse(&s, &w.common);
-  if (!good) {
-    const int column_bad = w.factor ? static_cast<int>(w.factor->minor) : -1;
-    cholmod_l_free_factor(&w.factor, &w.common);
-    cholmod_l_finish(&w.common);
-    throw NumericalFailure(fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): are the supports enough?",
-                                       column_bad, a.n));
-  }
-}
-
-CholeskyFactor::~CholeskyFactor() {
-  Work& w = *work_;
-  cholmod_l_free_dense(&w.solution, &w.common);
-  cholmod_l_free_dense(&w.y, &w.common);
-  cholmod_l_free_dense(&w.e, &w.common);
-  cholmod_l_free_factor(&w.factor, &w.common);
-  cholmod_l_finish(&w.common);
-}
-
-std::size_t CholeskyFactor::bytes() const {
-  const cholmod_factor& f = *work_->factor;
-  return sizeof(double) * f.xsize + sizeof(SuiteSparse_long) * (f.ssize + 3 * f.nsuper + 3 * f.n);
-}
-
-void CholeskyFactor::solve(const double* b, double* x, int columns) const {
-  Work& w = *work_;
-  cholmod_dense rhs{};  // a view of the caller's numbers
-  rhs.nrow = rhs.d = static_cast<std::size_t>(w.n);
-  rhs.ncol = static_cast<std::size_t>(columns);
-  rhs.nzmax = rhs.nrow * rhs.ncol;
-  rhs.x = const_cast<double*>(b);
-  rhs.xtype = CHOLMOD_REAL;
-  rhs.dtype = CHOLMOD_DOUBLE;
-  cholmod_l_solve2(CHOLMOD_A, w.factor, &rhs, nullptr, &w.solution, nullptr, &w.y, &w.e, &w.common);
-  std::memcpy(x, w.solution->x, sizeof(double) * rhs.nzmax);
 }
 
 }  // namespace talus::fem

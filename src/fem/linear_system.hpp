@@ -40,7 +40,9 @@ struct Spring {
 SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {},
                                    const std::vector<char>* live = nullptr);
 
-/// Cholesky factor (CHOLMOD, supernodal, METIS).
+class Factorization;
+
+/// Cholesky factor (CHOLMOD, supernodal, METIS: the module libtalus_cholmod.so).
 class CholeskyFactor {
  public:
   /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite.
@@ -54,8 +56,7 @@ class CholeskyFactor {
   std::size_t bytes() const;
 
  private:
-  struct Work;
-  std::unique_ptr<Work> work_;
+  std::unique_ptr<Factorization> factorization_;
 };
 
 /// Set up once, solves for any number of right-hand sides.

@@ -1,4 +1,4 @@
-// The structure module is mapped when a structure is made, and not before; deal.II when a structure needs it.
+// The structure module is mapped when a structure is made, and not before; deal.II and CHOLMOD when a structure needs them.
 #include <gtest/gtest.h>
 
 #include <ctime>
@@ -53,6 +53,22 @@ TEST(Module, IsMappedOnlyWhenAStructureIsMade) {
   s.cells = {3, 3, 4};
   EXPECT_EQ(load_structure(s, Vec3::Zero(), [](const std::string&) {})->elements(), 20 * 4);
   EXPECT_TRUE(mapped("libdeal"));
+}
+
+// CHOLMOD brings OpenBLAS: only for what is solved, not for explicit steps.
+TEST(Module, MapsTheFactorWhenSomethingIsSolved) {
+  ASSERT_FALSE(mapped("libcholmod"));
+  StructureSpec s = pier();
+  s.cells = {2, 2, 4};
+  s.loads.clear();
+  s.integrator = "explicit";
+  const auto stepped = load_structure(s, Vec3::Zero(), [](const std::string&) {});
+  stepped->advance_alone(0, 1e-3);
+  EXPECT_FALSE(mapped("libcholmod"));
+  EXPECT_FALSE(mapped("blas"));
+  s.gravity_preload = true;
+  load_structure(s, Vec3(0, 0, -9.81), [](const std::string&) {});
+  EXPECT_TRUE(mapped("libcholmod"));
 }
 
 TEST(Module, InputErrorsCrossItsBorder) {
