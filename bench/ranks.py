@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """One rank beside two on explicit steps of a structure, as CPU time of the dynamics alone.
 
-usage: ranks.py [--talus PROGRAM] [--mpirun PROGRAM] [--cells NX NY NZ] [--steps N] [--ranks N,...] [--repeat N] [--out DIR]
+usage: ranks.py [--talus PROGRAM] [--mpirun PROGRAM] [--cells NX NY NZ] [--steps N] [--ranks N,...] [--repeat N] [--apart N] [--out DIR]
 
 An elastic pier of 2 x 2 x 10 m in 36 x 36 x 154 cells, 200,000 hexahedra, is struck by a prescribed pulse and followed by `--steps`
 explicit sub-steps. Each figure is the difference of a run of that length and one of a tenth of it, so that mesh, mass and output do
@@ -11,11 +11,16 @@ not count; the two are run one after the other and the numbers of ranks alternat
   in MPI     CPU and wall time inside MPI [s]: exchange and waiting for the other rank
 
 and for the run: wall time, and how many times less the slowest rank computes than one rank alone (`split`).
+
+`--apart N` adds the machine's own limit: N processes that know nothing of each other, each the whole structure on one rank. N times the wall time of one alone over
+that of the slowest is the most that N ranks can gain here, whatever they exchange: beyond it the memory or the cores are shared with others.
 mpi_share.c is compiled by mpicc on the way. Needs mpicc, mpirun.
 """
 import argparse
+import concurrent.futures
 import os
 import pathlib
+import shutil
 import statistics
 import subprocess
 import time
@@ -71,6 +76,16 @@ def launch(options, directory, count, duration):
     return wall, [tuple(float(x) for x in pathlib.Path(f"{share}.{r}").read_text().split()[:3]) for r in range(count)]
 
 
+def launch_apart(options, directory, count, duration):
+    """Wall time [s] of the slowest of `count` runs on one rank each, all at the same time."""
+    with concurrent.futures.ThreadPoolExecutor(count) as pool:
+        places = [directory / f"apart-{k}" for k in range(count)]
+        for place in places:
+            place.mkdir(exist_ok=True)
+            shutil.copy(directory / "libmpi_share.so", place)
+        return max(wall for wall, _ in pool.map(lambda place: launch(options, place, 1, duration), places))
+
+
 def main():
     parse = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parse.add_argument("--talus", default=str(here.parent / "build/release/talus"))
@@ -80,13 +95,14 @@ def main():
     parse.add_argument("--ranks", default="1,2")
     parse.add_argument("--repeat", type=int, default=3)
     parse.add_argument("--step", type=float, default=1.36e-5, help="the sub-step the run takes [s]")
+    parse.add_argument("--apart", type=int, default=0, help="also so many runs of one rank at the same time; 0: none")
     parse.add_argument("--out", default="results/ranks")
     options = parse.parse_args()
     directory = pathlib.Path(options.out).resolve()
     directory.mkdir(parents=True, exist_ok=True)
     subprocess.run(["mpicc", "-O2", "-shared", "-fPIC", "-o", str(directory / "libmpi_share.so"), str(here / "mpi_share.c")], check=True)
     long, short = options.steps * options.step, 0.1 * options.steps * options.step
-    alone = []
+    alone, walls = [], []
     print("| run | ranks | wall s | computed s, each rank | CPU in MPI s | wall in MPI s | split |\n|---|---|---|---|---|---|---|")
     for k in range(options.repeat):
         for count in (int(n) for n in options.ranks.split(",")):
@@ -95,9 +111,14 @@ def main():
             computed = [cpu - inside for cpu, inside, _ in each]
             if count == 1:
                 alone.append(computed[0])
+                walls.append(w1 - w0)
             split = statistics.median(alone) / max(computed) if alone else float("nan")
             show = lambda values: ", ".join(f"{x:.2f}" for x in values)
             print(f"| {k + 1} | {count} | {w1 - w0:.2f} | {show(computed)} | {show(e[1] for e in each)} | {show(e[2] for e in each)} | {split:.2f} |", flush=True)
+        if options.apart:
+            wall = launch_apart(options, directory, options.apart, long) - launch_apart(options, directory, options.apart, short)
+            limit = f"{options.apart * statistics.median(walls) / wall:.2f}" if walls else ""
+            print(f"| {k + 1} | {options.apart} apart | {wall:.2f} | | | | at most {limit} |", flush=True)
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
   for (int i = 0; i < nc; ++i) {
     const Touch& t = system.touch[i];
     chosen[i] = every_p[i] != Vec3::Zero() || t.law.floor < 0 || t.law.cohesion > 0 ||
-                system.relative(t, search.best_v.data()).x() + t.bias.x() < near;
+                system.relative_normal(t, search.best_v.data()) + t.bias.x() < near;
   }
   every.swap(system.touch);
   for (int round = 0;; ++round) {
@@ -93,7 +93,7 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
     if (whole || search.best <= sufficient) return search.best <= sufficient;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
-      if (!chosen[i]) chosen[i] = !done || system.relative(t, search.best_v.data()).x() + t.bias.x() < tolerance;
+      if (!chosen[i]) chosen[i] = !done || system.relative_normal(t, search.best_v.data()) + t.bias.x() < tolerance;
     }
   }
 }

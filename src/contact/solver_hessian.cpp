@@ -7,21 +7,19 @@ namespace talus::contact::detail {
 
 namespace {
 
-template <int NA, int NB>
-inline void add_block_fixed(const double* Ja, int na, const double* T, int nb, double* H) {
-  const int ra = NA > 0 ? NA : na, rb = NB > 0 ? NB : nb;
-  for (int c = 0; c < rb; ++c) {
-    const double t0 = T[c], t1 = T[rb + c], t2 = T[2 * rb + c];
-    double* h = H + c * ra;
-    for (int r = 0; r < ra; ++r) h[r] += Ja[r] * t0 + Ja[ra + r] * t1 + Ja[2 * ra + r] * t2;
-  }
+/// H += Ja^T T, column by column.
+inline void add_block(const double* Ja, int na, const double* T, int nb, double* H) {
+  for (int c = 0; c < nb; ++c) add_transposed(Ja, na, Vec3(T[c], T[nb + c], T[2 * nb + c]), H + c * na);
 }
 
-inline void add_block(const double* Ja, int na, const double* T, int nb, double* H) {
-  if (na == 6 && nb == 6) return add_block_fixed<6, 6>(Ja, 6, T, 6, H);
-  if (na == 12 && nb == 12) return add_block_fixed<12, 12>(Ja, 12, T, 12, H);
-  if (na == 3 && nb == 3) return add_block_fixed<3, 3>(Ja, 3, T, 3, H);
-  add_block_fixed<0, 0>(Ja, na, T, nb, H);
+inline void add_block_six(const double* Ja, const double* T, double* H) {
+  const Four a0 = load<Four>(Ja), a1 = load<Four>(Ja + 6), a2 = load<Four>(Ja + 12);
+  const Two b0 = load<Two>(Ja + 4), b1 = load<Two>(Ja + 10), b2 = load<Two>(Ja + 16);
+  for (int c = 0; c < 6; ++c, H += 6) {
+    const double t0 = T[c], t1 = T[6 + c], t2 = T[12 + c];
+    store<Four>(load<Four>(H) + a0 * t0 + a1 * t1 + a2 * t2, H);
+    store<Two>(load<Two>(H + 4) + b0 * t0 + b1 * t1 + b2 * t2, H + 4);
+  }
 }
 
 }  // namespace
@@ -85,7 +83,8 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
         const int index = pair_of_[first_pair_[i] + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1];
         H = ta.body < body ? lu.upper(index) : lu.lower(index);
       }
-      add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
+      if (n == 6 && ta.n == 6) add_block_six(system.J.data() + ta.at, T.data(), H);
+      else add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
     }
   }
 }

@@ -79,7 +79,7 @@ double Interior::measure() {
       const Touch& t = system.touch[i];
       products_[2 * i] = products_[2 * i + 1] = 0;
       if (!(t.w > 0)) continue;
-      un_[i] = system.relative(t, v_.data()).x() + t.bias.x() + t.compliance.x() * p_[i].x();
+      un_[i] = system.relative_normal(t, v_.data()) + t.bias.x() + t.compliance.x() * p_[i].x();
       const Pair& q = pairs_[i];
       products_[2 * i] = t.w * q.P * q.y;
       if (q.frictional) products_[2 * i + 1] = t.w * ((t.law.mu * p_[i].x() + t.law.cohesion) * q.gamma + q.pt.dot(q.ut));

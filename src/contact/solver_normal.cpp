@@ -9,15 +9,9 @@ namespace {
 
 constexpr int pace = 30;   // sweeps between two looks at what they gain
 
-template <int N>
-inline double dot(const double* a, const double* x) {
-  using Row = Eigen::Map<const Eigen::Matrix<double, N, 1>>;   // several products at a time
-  return Row(a).dot(Row(x));
-}
-
-template <int N>
-inline void add(double s, const double* a, double* x) {
-  for (int k = 0; k < N; ++k) x[k] += s * a[k];
+inline void add_six(double s, const double* a, double* x) {
+  store<Four>(load<Four>(x) + load<Four>(a) * s, x);
+  store<Two>(load<Two>(x + 4) + load<Two>(a + 4) * s, x + 4);
 }
 
 }  // namespace
@@ -30,33 +24,38 @@ void NormalSweeps::gather(const System& system, const std::vector<Vec3>& p) {
   in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
-      rows_[i] = {t.first, t.count, t.bias.x(), t.W(0, 0), t.slip.k, t.w, t.compliance.x(), t.law.floor};
+      const TouchTerm* terms = system.terms.data() + t.first;
+      const bool rigid = t.count <= 2 && std::all_of(terms, terms + t.count, [](const TouchTerm& term) { return term.n == 6; });
+      rows_[i] = {t.first, t.count, rigid ? t.count : 0, {rigid ? terms[0].v : 0, rigid ? terms[t.count - 1].v : 0}, terms[0].at / 3,
+                  t.bias.x(), t.W(0, 0), t.slip.k, t.w, t.compliance.x(), t.law.floor};
       p_[i] = p[i].x();
-      for (int k = t.first; k < t.first + t.count; ++k) std::copy_n(system.J.data() + system.terms[k].at, system.terms[k].n, J_.data() + system.terms[k].at / 3);
+      for (int k = 0; k < t.count; ++k) std::copy_n(system.J.data() + terms[k].at, terms[k].n, J_.data() + terms[k].at / 3);
     }
   });
 }
 
-double NormalSweeps::velocity(const Row& row, const double* v) const {
-  double u = row.bias;
-  for (int k = row.first; k < row.first + row.count; ++k) {
-    const TouchTerm& t = system_->terms[k];
-    const double *j = J_.data() + t.at / 3, *x = v + t.v;
-    if (t.n == 6) u += dot<6>(j, x);
-    else
-      for (int i = 0; i < t.n; ++i) u += j[i] * x[i];
+inline double NormalSweeps::velocity(const Row& row, const double* v) const {
+  RowSums<1> u;
+  if (row.rigid > 0) {
+    const double* j = J_.data() + row.at;
+    u.add<6>(j, v + row.v[0]);
+    if (row.rigid > 1) u.add<6>(j + 6, v + row.v[1]);
+  } else {
+    for (int k = row.first; k < row.first + row.count; ++k) u.add(J_.data() + system_->terms[k].at / 3, system_->terms[k].n, v + system_->terms[k].v);
   }
-  return u;
+  return row.bias + u[0];
 }
 
-void NormalSweeps::push(const Row& row, double change, double* v) const {
+inline void NormalSweeps::push(const Row& row, double change, double* v) const {
+  if (row.rigid > 0) {
+    const double* j = J_.data() + row.at;
+    add_six(change, j, v + row.v[0]);
+    if (row.rigid > 1) add_six(change, j + 6, v + row.v[1]);
+    return;
+  }
   for (int k = row.first; k < row.first + row.count; ++k) {
     const TouchTerm& t = system_->terms[k];
-    const double* j = J_.data() + t.at / 3;
-    double* x = v + t.v;
-    if (t.n == 6) add<6>(change, j, x);
-    else
-      for (int i = 0; i < t.n; ++i) x[i] += change * j[i];
+    for (int i = 0; i < t.n; ++i) v[t.v + i] += change * J_[t.at / 3 + i];
   }
 }
 

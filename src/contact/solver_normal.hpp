@@ -22,7 +22,13 @@ class NormalSweeps {
   void run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget);
 
  private:
-  struct Row { int first, count; double bias, diagonal, inverse, scale, compliance, floor; };   // terms; as of a Touch
+  /// Terms; as of a Touch. Rigid blocks, whose velocities `v` are found without their terms: one or two of them, none if there are others.
+  struct Row {
+    int first, count, rigid;
+    int v[2];
+    std::size_t at;   // of J_
+    double bias, diagonal, inverse, scale, compliance, floor;
+  };
   void gather(const System& system, const std::vector<Vec3>& p);
   double velocity(const Row& row, const double* v) const;
   void push(const Row& row, double change, double* v) const;

@@ -5,61 +5,6 @@
 
 namespace talus::contact::detail {
 
-namespace {
-
-template <int N>
-inline void multiply(const double* J, int n, const double* x, Vec3& u) {
-  const int m = N > 0 ? N : n;
-  double a = 0, b = 0, c = 0;
-  for (int k = 0; k < m; ++k) {
-    a += J[k] * x[k];
-    b += J[m + k] * x[k];
-    c += J[2 * m + k] * x[k];
-  }
-  u.x() += a;
-  u.y() += b;
-  u.z() += c;
-}
-
-template <int N>
-inline void multiply_transposed(const double* J, int n, const Vec3& p, double* x) {
-  const int m = N > 0 ? N : n;
-  for (int k = 0; k < m; ++k) x[k] += J[k] * p.x() + J[m + k] * p.y() + J[2 * m + k] * p.z();
-}
-
-}  // namespace
-
-void add_transposed(const double* rows, int n, const Vec3& p, double* x) {
-  switch (n) {
-    case 3: return multiply_transposed<3>(rows, 3, p, x);
-    case 6: return multiply_transposed<6>(rows, 6, p, x);
-    case 12: return multiply_transposed<12>(rows, 12, p, x);
-    default: return multiply_transposed<0>(rows, n, p, x);
-  }
-}
-
-Vec3 System::relative(const Touch& t, const double* x) const {
-  Vec3 u = Vec3::Zero();
-  for (int k = t.first; k < t.first + t.count; ++k) {
-    const TouchTerm& term = terms[k];
-    const double* j = J.data() + term.at;
-    switch (term.n) {
-      case 3: multiply<3>(j, 3, x + term.v, u); break;
-      case 6: multiply<6>(j, 6, x + term.v, u); break;
-      case 12: multiply<12>(j, 12, x + term.v, u); break;
-      default: multiply<0>(j, term.n, x + term.v, u);
-    }
-  }
-  return u;
-}
-
-void System::push(const Touch& t, const Vec3& p, double* x) const {
-  for (int k = t.first; k < t.first + t.count; ++k) {
-    const TouchTerm& term = terms[k];
-    add_transposed(J.data() + term.at, term.n, p, x + term.v);
-  }
-}
-
 void System::velocities(const std::vector<Vec3>& p, std::vector<double>& v) const {
   v.resize(v_hat.size());
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {

@@ -21,6 +21,7 @@
 #include "contact/problem.hpp"
 #include "contact/solver_law.hpp"
 #include "contact/solver_order.hpp"
+#include "contact/solver_rows.hpp"
 
 namespace talus::contact::detail {
 
@@ -48,9 +49,6 @@ struct Touch {
 
 /// What a range of a parallel loop holds at least.
 constexpr int bodies_at_once = 64, contacts_at_once = 512;
-
-/// x += rows^T p of a 3 x n block, row by row.
-void add_transposed(const double* rows, int n, const Vec3& p, double* x);
 
 struct TouchTerm {
   int body = 0;          // active body
@@ -84,9 +82,16 @@ struct System {
   int contacts() const { return static_cast<int>(touch.size()); }
 
   /// J_i x for the stacked velocities x.
-  Vec3 relative(const Touch& t, const double* x) const;
+  Vec3 relative(const Touch& t, const double* x) const {
+    const RowSums<3> u = rows<3>(t, x);
+    return {u[0], u[1], u[2]};
+  }
+  /// Its normal component alone.
+  double relative_normal(const Touch& t, const double* x) const { return rows<1>(t, x)[0]; }
   /// x += J_i^T p: the velocity change an impulse makes.
-  void push(const Touch& t, const Vec3& p, double* x) const;
+  void push(const Touch& t, const Vec3& p, double* x) const {
+    for (const TouchTerm *term = terms.data() + t.first, *end = term + t.count; term != end; ++term) add_transposed(J.data() + term->at, term->n, p, x + term->v);
+  }
   /// v = v_hat + J^T p.
   void velocities(const std::vector<Vec3>& p, std::vector<double>& v) const;
   /// The velocities of the bodies that are touched, into problem.v: those of problem.v_hat to the last bit where no impulse acts, whatever open contacts are listed.
@@ -104,6 +109,12 @@ struct System {
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
 
  private:
+  template <int Rows>
+  RowSums<Rows> rows(const Touch& t, const double* x) const {
+    RowSums<Rows> u;
+    for (const TouchTerm *term = terms.data() + t.first, *end = term + t.count; term != end; ++term) u.add(J.data() + term->at, term->n, x + term->v);
+    return u;
+  }
   void number(const ContactProblem& problem, bool exact_coulomb);
   void take_body(const ContactProblem& problem, int active);
   void fill(const ContactProblem& problem, int contact);

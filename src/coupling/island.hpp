@@ -223,6 +223,7 @@ class IslandStepper {
   double rise_limit(double ahead) const;
   bool locate_event(double& h, int passes);
   contact::Motion motion_of(int block, bool lumped) const;
+  contact::Motion lumped_motion(int block) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none
   double path(const CandidatePair& pair) const;
@@ -239,7 +240,7 @@ class IslandStepper {
   };
   Vec3 carried_back(int block, const Vec3& x) const;
   Touch carried_back(Touch touch) const;
-  std::vector<Touch> unforeseen(const CandidatePair& pair, std::span<const Touch> known) const;
+  std::vector<Touch> unforeseen(std::size_t pair, std::span<const Touch> known) const;
   std::pair<double, double> meeting(std::size_t pair, const Known& known) const;
   void look_ahead(const Crossing& met);
 
@@ -263,6 +264,7 @@ class IslandStepper {
   bool released_ = false;                 // their energy was given back
   std::vector<char> flush_pair_;          // per pair: it had touches, all of them internal edges
   std::vector<double> ahead_;             // per pair: it was met by a solution of this step, whose bodies moved so far: its touches are rows [m]; 0: not
+  std::vector<contact::Motion> motions_;   // of the bodies in the lumped step at hand, while its crossings are sought; else empty
   bool settling_ = false;                 // a step in which what parted slowly comes back: held where it is
   bool at_start_ = true;                  // the touches are those of the state that the memory belongs to
   struct Seen { int block; Vec3 c; Quat q; };

@@ -33,12 +33,18 @@ contact::Motion IslandStepper::motion_of(int block, bool lumped) const {
   return m;
 }
 
+contact::Motion IslandStepper::lumped_motion(int block) const {
+  const int l = local_[static_cast<std::size_t>(block)];
+  return l < 0 || motions_.empty() ? motion_of(block, true) : motions_[static_cast<std::size_t>(l)];
+}
+
 double IslandStepper::time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const {
   const Polyhedron& shape = *model_.blocks[static_cast<std::size_t>(pair.b)].shape;
-  const contact::Motion motion = motion_of(pair.b, lumped);
+  const auto motion_in_step = [&](int block) { return lumped ? lumped_motion(block) : motion_of(block, false); };
+  const contact::Motion motion = motion_in_step(pair.b);
   const auto index = static_cast<std::size_t>(pair.a.index);
   switch (pair.a.kind) {
-    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_of(pair.a.index, lumped), shape, motion, tolerance);
+    case Partner::Kind::block: return contact::time_of_impact(*model_.blocks[index].shape, motion_in_step(pair.a.index), shape, motion, tolerance);
     case Partner::Kind::plane: return contact::time_of_impact(env_.planes[index], shape, motion, tolerance);
     case Partner::Kind::terrain: return contact::time_of_impact(*env_.terrain, shape, motion, tolerance);
     case Partner::Kind::structure: return contact::time_of_impact(*env_.structures[index].index, shape, motion, tolerance);
@@ -62,11 +68,11 @@ double IslandStepper::first_impact() const {
 
 /// Bound on how far points of the two have moved against each other in the step just computed [m].
 double IslandStepper::path(const CandidatePair& pair) const {
-  const contact::Motion b = motion_of(pair.b, true);
+  const contact::Motion b = lumped_motion(pair.b);
   Vec3 moved = b.displacement, bulge = b.half_gravity_step;
   double turned = model_.blocks[static_cast<std::size_t>(pair.b)].shape->radius * b.rotation.norm();
   if (pair.a.kind == Partner::Kind::block) {
-    const contact::Motion a = motion_of(pair.a.index, true);
+    const contact::Motion a = lumped_motion(pair.a.index);
     moved -= a.displacement;
     bulge -= a.half_gravity_step;
     turned += model_.blocks[static_cast<std::size_t>(pair.a.index)].shape->radius * a.rotation.norm();
@@ -98,9 +104,9 @@ Touch IslandStepper::carried_back(Touch t) const {
 }
 
 /// Hard features of a pair that are in each other at the end of the step, deeper than is left to the projection, and no rows of it.
-std::vector<Touch> IslandStepper::unforeseen(const CandidatePair& pair, std::span<const Touch> known) const {
+std::vector<Touch> IslandStepper::unforeseen(std::size_t pair, std::span<const Touch> known) const {
   std::vector<Touch> found;
-  find_touches(model_, state_, env_, pair, 0, history_, found);
+  find_touches(model_, state_, env_, island_->pairs[pair], 0, history_, found);
   std::erase_if(found, [&](const Touch& t) {
     return t.stiffness > 0 || t.at.gap >= -unseen() || std::any_of(known.begin(), known.end(), [&](const Touch& k) { return k.row >= 0 && k.at.key == t.at.key; });
   });
@@ -160,11 +166,13 @@ IslandStepper::Crossing IslandStepper::crossing() {
   std::vector<std::pair<double, double>> met(pairs);
   Crossing out;
   out.features.resize(pairs);
+  for (const Body& b : bodies_) motions_.push_back(motion_of(b.block, true));
   each_pair([&](std::size_t i) {
     met[i] = meeting(i, known[i]);
     const bool may = met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
-    if (may) out.features[i] = unforeseen(island_->pairs[i], std::span(touches_).subspan(known[i].first, known[i].count));
+    if (may) out.features[i] = unforeseen(i, std::span(touches_).subspan(known[i].first, known[i].count));
   });
+  motions_.clear();
   for (std::size_t i = 0; i < pairs; ++i) {
     const auto [s, way] = met[i];
     out.listed = out.listed || !out.features[i].empty();

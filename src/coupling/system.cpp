@@ -295,8 +295,9 @@ void CoupledSystem::plan(double duration, Plan& p) const {
 
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
   const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; });
+  const bool searched = blocks_move || !env_.touching_structures.empty();   // a structure on its own meets nothing
   for (StructurePart& part : env_.structures)
-    if (part.lagging_index || (blocks_move && part.followed.between >= 0)) bring_up_to_date(part);
+    if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0)) bring_up_to_date(part);
   Plan p;
   plan(duration, p);
   const SystemState before = state_;

@@ -16,7 +16,8 @@ Pose pose(const State& s, int i) {
   const auto k = static_cast<std::size_t>(i);
   Pose p;
   p.c = s.c[k];
-  p.F = s.rotation(i) * (Mat3::Identity() + strain_tensor(s.eps[k]));
+  p.F = s.rotation(i);
+  if (!s.eps[k].isZero(0)) p.F *= Mat3::Identity() + strain_tensor(s.eps[k]);
   return p;
 }
 

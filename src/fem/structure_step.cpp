@@ -1,8 +1,21 @@
 #include <cmath>
 
+#include "fem/material_simd.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
+
+namespace {
+
+// Nodal vectors hold three components and a zero: one node is one vector of the processor.
+using material::V4, material::load4, material::store4;
+
+double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
+
+/// What a step adds to the works, in sums of four.
+struct StepSums { V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}; };
+
+}  // namespace
 
 void FemStructure::moved() {
   forces_valid_ = false;
@@ -56,10 +69,10 @@ void FemStructure::forces(double t) {
     if (measures) {
       stored_part_ = operator_->total_energy() + (damage_ ? damage_->stored() : 0);
     } else {
-      double twice = 0;
+      V4 twice{};
       for (const auto& [first, last] : own_)
-        for (int i = 4 * first; i < 4 * last; ++i) twice += u_[i] * f_int_[i];
-      stored_part_ = 0.5 * twice;
+        for (int i = 4 * first; i < 4 * last; i += 4) twice += load4(&u_[i]) * load4(&f_int_[i]);
+      stored_part_ = 0.5 * sum_of(twice);
     }
     if (bars_) {
       bars_->share_motion(u_);
@@ -82,16 +95,14 @@ void FemStructure::predict(double t, double h) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   const double a = 0.5 * alpha_ * kick;
   const double keep = (1 - a) / (1 + a), push = kick / (1 + a);
-  const double* __restrict v = v_.data();
-  const double* __restrict external = f_ext_.data();
-  const double* __restrict internal = f_int_.data();
-  const double* __restrict inverse = inverse_mass_.data();
-  double* __restrict out = v_hat_.data();
-  for (const auto& [first, last] : own_) {
-    for (int i = 4 * first; i < 4 * last; ++i) out[i] = keep * v[i] + push * inverse[i] * (external[i] - internal[i]);
-    if (!f_visc_.empty())
-      for (int i = 4 * first; i < 4 * last; ++i) out[i] -= push * inverse[i] * f_visc_[i];
-  }
+  const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
+  for (const auto& [first, last] : own_)
+    for (int i = 4 * first; i < 4 * last; i += 4) {
+      const V4 pushed = push * load4(&inverse_mass_[i]);
+      V4 out = keep * load4(&v_[i]) + pushed * (load4(&f_ext_[i]) - load4(&f_int_[i]));
+      if (visc != nullptr) out -= pushed * load4(visc + i);
+      store4(&v_hat_[i], out);
+    }
   prediction_shared_ = !partition_;
 }
 
@@ -122,7 +133,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
     }
   }
   // This rank's part of the works, then of all.
-  double contact = 0, damping = 0, external = 0, viscous = 0, power = 0, kinetic = 0, internal = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);
+  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);
   for (const NodeImpulse& p : impulses) {
     if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -132,23 +143,25 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   }
   const bool loaded = !loads_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
+  const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
+  StepSums sums;
   for (const auto& [first, last] : own_)
     for (int node = first; node < last; ++node) {
+      const int i = 4 * node;
       const double m = mass_[node];
-      for (int i = 4 * node; i < 4 * node + 3; ++i) {
-        const double before = v_[i], after = v_hat_[i];
-        u_[i] += h * after;
-        v_[i] = after;
-        power += f_int_[i] * after;
-        kinetic += m * after * after;
-        if (inverse_mass_[i] == 0) continue;
-        const double mean = 0.5 * (before + after);
-        internal += kick * mean * f_int_[i];
-        if (visc) viscous += kick * mean * visc[i];
-        if (alpha_ != 0) damping -= mean * (m * (after - before) - kick * (f_ext_[i] - f_int_[i] - (visc ? visc[i] : 0.0)) - contact_impulse_[i]);
-        if (loaded) external += kick * mean * (f_ext_[i] - m * gravity_[i - 4 * node]);
-      }
+      const V4 before = load4(&v_[i]), after = load4(&v_hat_[i]), f = load4(&f_int_[i]);
+      store4(&u_[i], load4(&u_[i]) + h * after);
+      store4(&v_[i], after);
+      sums.power += f * after;
+      sums.kinetic += m * after * after;
+      const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after), none);   // what is held does no work
+      sums.internal += kick * mean * f;
+      if (visc != nullptr) sums.viscous += kick * mean * load4(visc + i);
+      if (alpha_ != 0) sums.damping -= mean * (m * (after - before) - kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) - load4(&contact_impulse_[i]));
+      if (loaded) sums.external += kick * mean * (load4(&f_ext_[i]) - m * fall);
     }
+  double damping = sum_of(sums.damping), external = sum_of(sums.external), viscous = sum_of(sums.viscous), power = sum_of(sums.power),
+         kinetic = sum_of(sums.kinetic), internal = sum_of(sums.internal);
   if (partition_) {
     partition_->exchange(v_hat_);
     for (const auto& [first, last] : partition_->border_nodes())
