@@ -103,12 +103,15 @@ Touch IslandStepper::carried_back(Touch t) const {
   return t;
 }
 
-/// Hard features of a pair that are in each other at the end of the step, deeper than is left to the projection, and no rows of it.
+/// Hard features of a pair that are in each other at the end of the step, deeper than is left to the projection, and no rows of it. Each is told once in a step: what
+/// was met before and is no row yet will be none.
 std::vector<Touch> IslandStepper::unforeseen(std::size_t pair, std::span<const Touch> known) const {
   std::vector<Touch> found;
   find_touches(model_, state_, env_, island_->pairs[pair], 0, history_, found);
   std::erase_if(found, [&](const Touch& t) {
-    return t.stiffness > 0 || t.at.gap >= -unseen() || std::any_of(known.begin(), known.end(), [&](const Touch& k) { return k.row >= 0 && k.at.key == t.at.key; });
+    const auto same = [&](const Touch& k) { return k.at.key == t.at.key; };
+    return t.stiffness > 0 || t.at.gap >= -unseen() || std::ranges::any_of(known, [&](const Touch& k) { return k.row >= 0 && same(k); }) ||
+           std::ranges::any_of(touches_of_[pair], [&](const Touch& k) { return k.met && same(k); });
   });
   for (Touch& t : found) t = carried_back(t);
   return found;
@@ -206,6 +209,9 @@ void IslandStepper::look_ahead(const Crossing& met) {
     for (const Touch& feature : met.features[i]) {
       auto& list = touches_of_[i];
       const auto same = std::find_if(list.begin(), list.end(), [&](const Touch& t) { return t.at.key == feature.at.key; });
+      // A feature of that name which was no contact at the start, but an edge within a surface that goes on, is replaced by what it became.
+      const bool none = same != list.end() && std::ranges::none_of(touches_, [&](const Touch& t) { return t.a == same->a && t.b == same->b && t.at.key == same->at.key; });
+      if (none) *same = feature;
       Touch& t = same != list.end() ? *same : list.emplace_back(feature);
       t.met = any = true;
     }

@@ -10,7 +10,6 @@
 #include "fem/trilinear.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
-extern "C" void omp_set_max_active_levels(int) __attribute__((weak));
 
 namespace talus::fem {
 namespace {
@@ -22,8 +21,6 @@ constexpr double steel_density = 7850;  // [kg/m^3]
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
   // BLAS with several threads may sum in another order: results must not depend on the machine's load.
   if (openblas_set_num_threads) openblas_set_num_threads(1);
-  // CHOLMOD shares loops that are too short for it among threads, which wait for each other at full load.
-  if (omp_set_max_active_levels) omp_set_max_active_levels(0);
   if (spec_.f_cm > 0) {
     material::ConcreteInput input;
     input.f_cm = spec_.f_cm;

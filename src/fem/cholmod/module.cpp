@@ -6,6 +6,9 @@
 #include "core/error.hpp"
 #include "fem/cholmod/factorization.hpp"
 
+extern "C" void openblas_set_num_threads(int) __attribute__((weak));
+extern "C" void omp_set_max_active_levels(int) __attribute__((weak));
+
 namespace talus::fem {
 namespace {
 
@@ -16,6 +19,10 @@ SuiteSparse_long* longs(void* p) { return static_cast<SuiteSparse_long*>(p); }
 class Supernodal : public Factorization {
  public:
   Supernodal(const SymmetricMatrix& a, double shift, const std::vector<double>& d) : n_(a.n) {
+    // BLAS with several threads may sum in another order: results must not depend on the machine's load. CHOLMOD itself shares loops among threads
+    // that are too short for it, which then wait for each other at full load.
+    if (openblas_set_num_threads) openblas_set_num_threads(1);
+    if (omp_set_max_active_levels) omp_set_max_active_levels(0);
     cholmod_l_start(&common_);
     common_.supernodal = CHOLMOD_SUPERNODAL;
     common_.nmethods = 1;
