@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
 #include "core/reject.hpp"
 #include "fem/rebar_embed.hpp"
@@ -81,6 +82,7 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
   }
   old_.resize(sites_.size());
   next_ = old_;
+  site_energy_.assign(sites_.size(), 0.0);
 }
 
 void Bearings::add_forces(const double* u, const std::vector<char>& live, double* f) {
@@ -88,10 +90,12 @@ void Bearings::add_forces(const double* u, const std::vector<char>& live, double
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const Site& s = sites_[i];
     next_[i] = old_[i];
+    site_energy_[i] = 0;
     if (!live[s.deck_cell] || !live[s.cap_cell]) continue;
     Vec3 d(u[4 * s.deck_node], u[4 * s.deck_node + 1], u[4 * s.deck_node + 2]);
     for (int a = 0; a < 8; ++a) d -= s.weight[a] * Vec3(u[4 * s.cap_node[a]], u[4 * s.cap_node[a] + 1], u[4 * s.cap_node[a] + 2]);
     const auto r = law_[i](-d.dot(up_), {d.dot(along_), d.dot(across_)}, old_[i], next_[i]);
+    site_energy_[i] = r.energy;
     energy_ += r.energy;
     dissipation_ += r.dissipation;
     const Vec3 on_deck = r.normal * up_ + r.shear[0] * along_ + r.shear[1] * across_;
@@ -100,6 +104,16 @@ void Bearings::add_forces(const double* u, const std::vector<char>& live, double
       for (int a = 0; a < 8; ++a) f[4 * s.cap_node[a] + c] += s.weight[a] * on_deck[c];
     }
   }
+}
+
+double Bearings::stored_at(const std::vector<int>& cells, const std::vector<char>& live) const {
+  const std::set<int> among(cells.begin(), cells.end());
+  double energy = 0;
+  for (std::size_t i = 0; i < sites_.size(); ++i) {
+    const Site& s = sites_[i];
+    if (live[s.deck_cell] && live[s.cap_cell] && (among.count(s.deck_cell) || among.count(s.cap_cell))) energy += site_energy_[i];
+  }
+  return energy;
 }
 
 std::vector<Spring> Bearings::springs() const {

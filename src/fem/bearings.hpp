@@ -2,7 +2,6 @@
 ///
 /// The law of one spring (unilateral, friction, seat) is material::Bearing; a pad's stiffness is shared evenly by its springs.
 #pragma once
-#include <functional>
 #include <vector>
 
 #include "fem/hex_mesh.hpp"
@@ -25,6 +24,8 @@ class Bearings {
   void add_forces(const double* u, const std::vector<char>& live, double* f);
   void accept() { old_ = next_; }
   double stored() const { return energy_; }
+  /// Energy, by the last evaluation, of the springs at any of these cells, as long as both of a spring's cells are there [J].
+  double stored_at(const std::vector<int>& cells, const std::vector<char>& live) const;
   double dissipation() const { return dissipation_; }
   const std::vector<Site>& sites() const { return sites_; }
   /// All nodes that springs act on.
@@ -39,6 +40,7 @@ class Bearings {
   std::vector<Site> sites_;
   std::vector<material::Bearing> law_;   // per site
   std::vector<material::Bearing::State> old_, next_;
+  std::vector<double> site_energy_;
   Vec3 along_, across_, up_;
   double energy_ = 0, dissipation_ = 0;
 };

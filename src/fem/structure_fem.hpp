@@ -20,6 +20,7 @@
 #include <optional>
 
 #include "contact/structure.hpp"
+#include "core/disjoint_sets.hpp"
 #include "fem/aligned.hpp"
 #include "fem/bars.hpp"
 #include "fem/bearings.hpp"
@@ -177,7 +178,7 @@ class FemStructure : public Structure {
   // structure_break.cpp
   std::array<double, 8> node_shares(int cell) const;
   double cell_energy(int cell) const;
-  double steel_energy(const std::vector<int>& cells) const;   // of the bars in them [J]
+  double link_energy(const std::vector<int>& cells) const;   // of the bars in them and the bearings at them [J]
   void switch_off(int cell);
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
@@ -185,6 +186,13 @@ class FemStructure : public Structure {
   double excess_of_gravity(double kick, double h) const;
   void erode(const std::vector<int>& cells);
   Fragment detach(const std::vector<int>& cells);
+  // structure_pieces.cpp
+  long count_cuts();
+  Mat3 gradient_at_centre(int cell) const;
+  double face_opening(int a, int b, int face) const;
+  DisjointSets joined_cells() const;
+  std::vector<char> held_pieces(DisjointSets& pieces) const;
+  std::vector<std::vector<int>> loose_pieces() const;
   // structure_output.cpp
   void rebuild_skin();
   // structure_members.cpp

@@ -277,3 +277,40 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
   EXPECT_NEAR(fallen[0].mass, deck, 1e-9 * deck);
   EXPECT_GT(fallen[0].linear_momentum.x(), 0);
 }
+
+// Bearings carry, they do not glue: when every pier is torn off, decks and what is left of the piers come off one by one.
+TEST(Viaduct, ComesApartAtItsBearingsWhenAllItsPiersAreLost) {
+  StructureSpec s;
+  s.name = "V";
+  s.kind = "viaduct";
+  s.young = 33.55e9;
+  s.poisson = 0.2;
+  s.density = 2450;
+  s.cell_size = 1.0;
+  s.damage = "concrete";
+  s.f_cm = 38e6;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}};
+  FemStructure bridge(s, Vec3(0, 0, -9.81), silent);
+  const auto nodes = bridge.snapshot().nodes;
+  double deck = 0;  // of one span: the second begins at x = 12
+  for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
+    if (nodes[n].z() > 7.05 && nodes[n].x() < 12) deck += bridge.node_mass(n);
+  const double h = bridge.critical_step();
+  double t = 0;
+  std::vector<Fragment> fallen;
+  for (int i = 0; i < 4000 && fallen.size() < 5; ++i) {
+    bridge.predict(t, h);
+    std::vector<NodeImpulse> lift;
+    if (fallen.empty())
+      for (int n = 0; n < static_cast<int>(nodes.size()); ++n)
+        if (nodes[n].z() > 3.5) lift.push_back({n, Vec3(0, 0, 150 * bridge.node_mass(n) * h)});
+    bridge.correct(t, h, lift);
+    t += h;
+    for (Fragment& f : bridge.take_fragments()) fallen.push_back(std::move(f));
+  }
+  ASSERT_GE(fallen.size(), 5u) << "two decks and what is left of three piers";
+  std::sort(fallen.begin(), fallen.end(), [](const Fragment& a, const Fragment& b) { return a.mass > b.mass; });
+  for (int k : {0, 1}) EXPECT_NEAR(fallen[k].mass, deck, 1e-9 * deck);
+  EXPECT_LT(fallen[2].mass, 0.5 * deck);
+}
