@@ -1,8 +1,8 @@
-const prefixes = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"]];
+const prefixes = [[1e9, "G"], [1e6, "M"], [1e3, "k"], [1, ""], [1e-3, "m"], [1e-6, "µ"], [1e-9, "n"], [1e-12, "p"]];
 
 export function prefix(size) {
   for (const [f, p] of prefixes) if (size >= f * 0.9999) return [f, p];
-  return size > 0 ? [1e-6, "µ"] : [1, ""];
+  return size > 0 ? [1e-12, "p"] : [1, ""];
 }
 
 // Units that take no prefix are shown as they are.

@@ -1,7 +1,7 @@
 import * as data from "./data.js";
 import * as scene from "./scene.js";
 import * as map from "./map.js";
-import { chart, completeInTurn, forget, onSeek, playhead, repaint } from "./plots.js";
+import { chart, charts, completeInTurn, forget, onSeek, playhead, repaint } from "./plots.js";
 import { table } from "./tables.js";
 import { gradient, palette } from "./colors.js";
 import { norm, number, quantity, text } from "./format.js";
@@ -28,6 +28,11 @@ function setTheme(name) {
 }
 root.dataset.theme = store.get("talus-theme") || (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
 $("theme").addEventListener("click", () => { const n = root.dataset.theme === "dark" ? "light" : "dark"; store.set("talus-theme", n); setTheme(n); });
+
+// Paper is white: a page printed from the dark theme would have light letters on it.
+let beforePrint = "";
+addEventListener("beforeprint", () => { beforePrint = root.dataset.theme; setTheme("light"); map.complete(); });
+addEventListener("afterprint", () => { setTheme(beforePrint); });
 
 // ---- summary
 $("title").textContent = summary.title || "Results";
@@ -333,7 +338,7 @@ function profile() {
     return [xs, ...list.map(([x, y]) => { const out = new Array(xs.length).fill(null); x.forEach((v, i) => { out[at.get(v)] = y[i]; }); return out; })];
   };
   chart($("profile"), { title: "Profile of the trajectories", unit: "m", x: "distance travelled in plan [m]", data: join(tables), series: labels, height: 250 });
-  chart($("deviation"), { title: "Lateral deviation", unit: "m", x: "distance along the line from mean release to mean deposit [m]", data: join(dev), series: order.map((b) => ({ label: blocks[b].name, color: nb <= 9 ? palette[b % palette.length] : undefined })), height: 210, note: "left positive" });
+  chart($("deviation"), { title: "Lateral deviation", unit: "m", least: 0.01, x: "along the line to the mean deposit [m]", data: join(dev), series: order.map((b) => ({ label: blocks[b].name, color: nb <= 9 ? palette[b % palette.length] : undefined })), height: 210, note: "from the line between mean release and mean deposit, left positive" });
 }
 
 // ---- tables
@@ -344,7 +349,7 @@ function tables() {
     n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
   table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
   const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
-  if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => `${r.damage_class} ${r.damage_class_name}`)], members);
+  if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => (r.damage_class === null ? "–" : `${r.damage_class} ${r.damage_class_name}`))], members);
   if (meta.capacity) table(at, "Residual axial capacity", "greatest load on the top of each member between rigid plates; reserve: capacity now over permanent load", [t("structure", (r) => r.structure), t("member", (r) => r.member), n("as built", "kN", (r) => r.capacity_built / 1e3), n("now", "kN", (r) => r.capacity_now / 1e3), n("now/built", "", (r) => r.ratio), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("reserve", "", (r) => r.reserve), t("damage", (r) => (r.damage_class === null ? "" : `${r.damage_class} ${r.damage_class_name}`))], meta.capacity);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
   table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
@@ -424,7 +429,7 @@ requestAnimationFrame(tick);
 $("shot").disabled = true;
 $("no-webgl").hidden = false;
 $("no-webgl").textContent = "Setting up the 3D view \u2026";
-const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); completeInTurn(); })));
+const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); completeInTurn(map.complete); })));
 
 // For tests of the page. `ready` resolves when the 3D view is there, or cannot be.
-window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };
+window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, charts, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };

@@ -31,7 +31,7 @@ function contours(g) {
   // Marching squares on the map's own grid; each cell knows which levels cross it.
   let low = Infinity, high = -Infinity;
   for (const z of height) if (z === z) { low = Math.min(low, z); high = Math.max(high, z); }
-  const step = [0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((s) => (high - low) / s < 22) || 500;
+  const step = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200].find((s) => (high - low) / s < 22) || 500;
   const stride = Math.max(1, Math.round(m.nx / 180)), lines = new Map(), x = [0, 0, 0, 0], y = [0, 0, 0, 0], z = [0, 0, 0, 0];
   for (let j = 0; j + stride < m.ny; j += stride)
     for (let i = 0; i + stride < m.nx; i += stride) {
@@ -90,11 +90,14 @@ function trajectories(g) {
   lines.forEach((line, k) => { g.strokeStyle = css("speed", k / tones); g.stroke(line); });
 }
 
-// Painted when it is in sight: most readers look at the summary first.
+// Painted when it is in sight, since most readers look at the summary first; else when there is time for it, and before printing.
 let seen = false, stale = true;
 export function paint() {
   stale = true;
-  if (!canvas || !seen) return;
+  if (seen) complete();
+}
+export function complete() {
+  if (!canvas || !stale) return;
   stale = false;
   const dark = document.documentElement.dataset.theme === "dark";
   width = canvas.parentElement.clientWidth;
@@ -141,7 +144,7 @@ export function paint() {
     g.stroke();
   }
   frame(g, dark);
-  now(current);
+  overlay();
 }
 
 function label(g, text, x, y, dark) {
@@ -155,7 +158,7 @@ function label(g, text, x, y, dark) {
 
 // Scale bar, north, and scene coordinates on the edge.
 function frame(g, dark) {
-  const length = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000].filter((l) => l * scale < width * 0.3).pop() || 1, y = tall - 16;
+  const length = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000].filter((l) => l * scale < width * 0.3).pop() || 1, y = tall - 16;
   g.strokeStyle = dark ? "#e8ebef" : "#1d2127";
   g.lineWidth = 2;
   g.beginPath();
@@ -174,13 +177,15 @@ let current = 0;
 const p = { position: [0, 0, 0], q: [1, 0, 0, 0] };
 export function now(t) {
   current = t;
-  if (!base || !seen) return;
+  if (base && seen) overlay();
+}
+function overlay() {
   const dark = document.documentElement.dataset.theme === "dark";
   context.setTransform(1, 0, 0, 1, 0, 0);
   context.drawImage(base, 0, 0);
   context.scale(ratio, ratio);
   for (let b = 0; b < nb; b++) {
-    if (!pose(b, t, p)) continue;
+    if (!pose(b, current, p)) continue;
     context.beginPath();
     context.arc(px(p.position[0]), py(p.position[1]), nb > 300 ? 1.5 : nb > 30 ? 2.5 : 5, 0, 7);
     context.fillStyle = nb <= 9 ? palette[b % palette.length] : dark ? "#ffd166" : "#7a2d00";
@@ -198,7 +203,7 @@ export function open(element, tip) {
   canvas.style.height = `${(width * (m.ny - 1) * m.dy) / ((m.nx - 1) * m.dx)}px`;
   new IntersectionObserver((list) => {
     seen = list[list.length - 1].isIntersecting;
-    if (seen && stale) paint(); else now(current);
+    if (seen && stale) complete(); else if (seen) now(current);
   }, { rootMargin: "400px" }).observe(canvas);
   let last = width;
   new ResizeObserver(() => { if (Math.abs(canvas.parentElement.clientWidth - last) > 1) { last = canvas.parentElement.clientWidth; paint(); } }).observe(canvas.parentElement);

@@ -8,29 +8,36 @@ let seek = () => {};
 export const onSeek = (f) => { seek = f; };
 const sync = uPlot.sync("time");
 
+// As wide as its longest label: a minus sign that is cut off is a wrong number.
+function labelWidth(u, labels, axis) {
+  u.ctx.font = u.axes[axis].font[0];
+  const widest = (labels || []).reduce((w, l) => Math.max(w, u.ctx.measureText(l).width / devicePixelRatio), 0);
+  return Math.max(58, Math.ceil(widest) + 18);
+}
+
 function build(holder, spec) {
-  const width = Math.max(240, holder.clientWidth), size = spec.data.slice(1).reduce((m, y) => y.reduce((a, v) => (v === null || !isFinite(v) ? a : Math.max(a, Math.abs(v))), m), 0);
+  const width = Math.max(240, holder.clientWidth), least = spec.least || 0, size = spec.data.slice(1).reduce((m, y) => y.reduce((a, v) => (v === null || !isFinite(v) ? a : Math.max(a, Math.abs(v))), m), least);
   const [factor, p] = scaleOf(size, spec.unit);
   const unit = p + (spec.unit === "1" ? "" : pretty(spec.unit));
   const data = [spec.data[0], ...spec.data.slice(1).map((y) => (factor === 1 ? y : Array.from(y, (v) => (v === null ? null : v / factor))))];
   const axis = { stroke: css("--dim"), grid: { stroke: css("--grid"), width: 1 }, ticks: { stroke: css("--line"), width: 1 }, font: "12px system-ui, sans-serif" };
   const labels = (u, ticks) => ticks.map((v) => (Math.abs(v) >= 1e5 ? v.toExponential(0) : String(+v.toPrecision(6))));
   const plot = new uPlot({
-    width, height: spec.height || 250, padding: [10, 12, 0, 0],
-    scales: { x: { time: false }, y: spec.range ? { range: spec.range } : {} },
+    width, height: spec.height || 250, padding: [10, 22, 0, 0],
+    scales: { x: { time: false }, y: least ? { range: (u, low, high) => uPlot.rangeNum(Math.min(low, -least / factor), Math.max(high, least / factor), 0.1, true) } : {} },
     legend: { live: true },
     cursor: { drag: { x: true, y: false }, focus: { prox: 24 }, points: { size: 7 }, ...(spec.time ? { sync: { key: sync.key, setSeries: false } } : {}) },
     focus: { alpha: 0.35 },
     series: [
       { label: spec.x || "t [s]", value: (u, v) => (v === null ? "–" : number(v, 6)) },
       ...spec.series.map((s, i) => ({
-        label: s.label, stroke: s.color || palette[i % palette.length], width: s.width || 1.6, dash: s.dash, show: s.show !== false, fill: s.fill,
+        label: s.label, stroke: s.color || palette[i % palette.length], width: s.width || 1.6, dash: s.dash, show: s.show !== false, fill: s.fill, fillTo: s.fill ? (u) => u.scales.y.min : undefined,
         spanGaps: spec.gaps !== false, points: { show: false }, value: (u, v) => (v === null || v === undefined ? "–" : number(v, 4)),
       })),
     ],
     axes: [
       { ...axis, values: labels, label: spec.x ? spec.x : undefined, labelSize: 18, labelFont: "12px system-ui, sans-serif" },
-      { ...axis, values: labels, size: 58 },
+      { ...axis, values: labels, size: labelWidth },
     ],
   }, data, holder);
   if (spec.time) {
@@ -45,7 +52,7 @@ function build(holder, spec) {
   return [plot, unit];
 }
 
-// spec: { title, unit, data: [x, y...], series: [{ label, color }], time, note }
+// spec: { title, unit, data: [x, y...], series: [{ label, color, fill (down to the lowest value shown) }], time, note, least (half the range of y, at the least) }
 export function chart(parent, spec) {
   const caption = document.createElement("figcaption"), holder = document.createElement("div");
   holder.className = "plot";
@@ -87,11 +94,11 @@ export function chart(parent, spec) {
 export function complete() {
   for (const e of [...all]) e.see();
 }
-export function completeInTurn() {
+export function completeInTurn(then) {
   const next = all.find((e) => !e.plot);
-  if (!next) return;
+  if (!next) { then(); return; }
   next.see();
-  if (next.plot) setTimeout(completeInTurn, 30);
+  if (next.plot) setTimeout(completeInTurn, 30, then);
 }
 addEventListener("beforeprint", complete);
 
@@ -102,6 +109,8 @@ export function forget(entries) {
     if (i >= 0) all.splice(i, 1);
   }
 }
+
+export const charts = () => all.map((e) => e.plot).filter(Boolean);
 
 let now = 0;
 function head(entry, t) {

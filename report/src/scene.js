@@ -12,7 +12,7 @@ import { color, palette } from "./colors.js";
 
 const region = meta.region || [-10, -10, -10, 10, 10, 10];
 const low = new Vector3(region[0], region[1], region[2]), high = new Vector3(region[3], region[4], region[5]);
-export const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z, 4);
+export const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z) || 4;
 const middle = low.clone().add(high).multiplyScalar(0.5);
 
 export const view = { field: "damage", exaggeration: 1, trajectories: true, follow: -1, fastest: 1 };

@@ -42,7 +42,7 @@ export function table(parent, title, note, columns, rows, { limit = 25, onPick }
   fill(limit);
   const box = make("div", { className: "table" },
     make("header", {}, make("b", { textContent: title }), make("span", { textContent: note || "" }), button),
-    make("div", { className: "scroll" }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit}]` : c.name })))), body)));
+    make("div", { className: "scroll" }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit.replaceAll(" ", "\u00a0")}]` : c.name })))), body)));
   if (rows.length > limit) {
     const more = make("button", { className: "more", textContent: `Show all ${rows.length}` });
     more.addEventListener("click", () => { fill(rows.length); more.remove(); });

@@ -33,6 +33,8 @@ std::string unit_of(const InputValue& v) {
 
 }  // namespace
 
+std::string text(const InputValue& value) { return readable(value.value, unit_of(value)); }
+
 const char* text(Kind kind) {
   switch (kind) {
     case Kind::peak: return "peak";
@@ -178,7 +180,7 @@ std::vector<Result> evaluate(const Inputs& in, bool cushion) {
 
 std::string table(const Inputs& in, const std::vector<Result>& results) {
   std::string out = "Inputs\n";
-  for (const InputValue& v : in.all()) out += fmt::format("  {:<24}{:<9}{:>14}  {} ({})\n", v.name, v.symbol, readable(v.value, unit_of(v)), v.meaning, v.origin);
+  for (const InputValue& v : in.all()) out += fmt::format("  {:<24}{:<9}{:>14}  {} ({})\n", v.name, v.symbol, text(v), v.meaning, v.origin);
   const double m = in.get("mass"), v = in.get("velocity");
   out += fmt::format("  {:<24}{:<9}{:>14}  m v^2 / 2\n  {:<24}{:<9}{:>14}  v^2 / (2 g)\n\nResults\n", "kinetic energy", "W", readable(0.5 * m * v * v, "J"), "height of fall", "H", fmt::format("{:.4g} m", v * v / (2 * g)));
   for (const Result& r : results) {

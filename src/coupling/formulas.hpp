@@ -34,6 +34,9 @@ struct InputValue {
   double low = 0, high = 0; ///< allowed range
 };
 
+/// The value with its unit as a reader wants it: "30 GPa", "35 deg", and a bare number where there is none.
+std::string text(const InputValue& value);
+
 enum class Kind { peak, mean, equivalent_static, resistance };
 const char* text(Kind kind);
 

@@ -53,7 +53,7 @@ std::vector<formulas::Result> formulas_of(const sim::RunHeader& header, const Im
 
 std::string sentence(const std::vector<formulas::InputValue>& values) {
   std::string text;
-  for (const auto& v : values) text += fmt::format("{}{} = {:.4g} {} ({})", text.empty() ? "" : "; ", v.symbol, v.value, unit_name(v.dimension), v.origin);
+  for (const auto& v : values) text += fmt::format("{}{} = {} ({})", text.empty() ? "" : "; ", v.symbol, formulas::text(v), v.origin);
   return text;
 }
 

@@ -58,7 +58,7 @@ json MemberTrack::summary() const {
   const auto peak = [](const Peak& p) { return json{{"value", p.value}, {"time", p.time}, {"station", p.station}}; };
   const bool concrete = member_.shear_design[0] > 0;
   const std::array<double, 2> residual = residual_drift();
-  const int grade = damage_class();
+  const int grade = damage_class();   // of concrete: what is elastic alone cannot be damaged, which is no finding
   return {{"name", member_.name},
           {"length", member_.length},
           {"axial_preload", member_.axial_preload},
@@ -78,8 +78,8 @@ json MemberTrack::summary() const {
           {"bars_yielded", last_.bars_yielded},
           {"bars_broken", last_.bars_broken},
           {"lost_volume", last_.lost_volume},
-          {"damage_class", grade},
-          {"damage_class_name", names[grade]}};
+          {"damage_class", concrete ? json(grade) : json()},
+          {"damage_class_name", concrete ? json(names[grade]) : json()}};
 }
 
 }  // namespace talus::io

@@ -10,6 +10,23 @@ using json = nlohmann::ordered_json;
 
 constexpr std::size_t pose_budget = 6'000'000;   // bytes, before base64
 
+/// Farthest vertex of each block from its centroid [m].
+std::vector<double> radii_of_blocks(const ReportData& d) {
+  std::vector<double> radii(d.names.size(), 0.0);
+  if (radii.empty()) return radii;
+  const auto v = d.file.read<double>("/geometry/blocks/vertices");
+  const auto offset = d.file.read<std::int64_t>("/geometry/blocks/vertex_offset");
+  for (std::size_t b = 0; b + 1 < offset.values.size() && b < radii.size(); ++b)
+    for (auto i = static_cast<std::size_t>(offset.values[b]); i < static_cast<std::size_t>(offset.values[b + 1]) && i < v.rows(); ++i)
+      radii[b] = std::max(radii[b], std::hypot(v.values[3 * i], v.values[3 * i + 1], v.values[3 * i + 2]));
+  return radii;
+}
+
+void extend(Box3& box, const Vec3& centre, double radius) {
+  box.extend(Vec3(centre - Vec3::Constant(radius)));
+  box.extend(Vec3(centre + Vec3::Constant(radius)));
+}
+
 }  // namespace
 
 void add_poses(ReportData& d) {
@@ -35,12 +52,13 @@ void add_poses(ReportData& d) {
       kinetic.push_back(static_cast<float>(e1[b] + e2[b]));
     }
   }
-  // The view holds what counts, not the fall of what left the model.
+  // The view holds what counts, with the blocks' own size, not the fall of what left the model.
+  const std::vector<double> radii = radii_of_blocks(d);
   const json blocks = d.summary.value("blocks", json::array());
   for (std::size_t i = 0; i + 2 < position.size(); i += 3) {
     const std::size_t b = i / 3 % nb, k = i / 3 / nb;
     const bool left = b < blocks.size() && blocks[b].contains("left") && blocks[b]["left"].is_number() && time[k] > blocks[b]["left"].get<double>();
-    if (!left && std::isfinite(position[i])) d.region.extend(Vec3(position[i], position[i + 1], position[i + 2]));
+    if (!left && std::isfinite(position[i])) extend(d.region, Vec3(position[i], position[i + 1], position[i + 2]), radii[b]);
   }
   d.block_positions = std::move(position);
   d.blob.add("frame_time", time, {time.size()});

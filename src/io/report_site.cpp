@@ -63,7 +63,7 @@ void add_site(ReportData& d) {
     for (const Vec3& v : mesh.vertices) d.region.extend(v);
   if (d.region.isEmpty()) d.region.extend(Vec3::Zero());
   // What happened, with room around it.
-  const double size = std::max(4.0, std::max(d.region.sizes().x(), d.region.sizes().y()));
+  const double largest = d.region.sizes().maxCoeff(), size = largest > 0 ? largest : 4.0;   // [m]; nothing but a plane has none
   const Vec3 room(0.22 * size, 0.22 * size, 0.0);
   Box3 view(d.region.min() - room, d.region.max() + room);
   Vec3 origin = d.region.center();

@@ -28,6 +28,9 @@ std::string engineering(double value, const char* unit) {
   return fmt::format("{:.3g} {}{}", value / scale, prefix, unit);
 }
 
+/// "397 m", "12.3 m", "112 mm": lengths as a headline has them.
+std::string length(double metres) { return std::abs(metres) >= 100 ? fmt::format("{:.0f} m", metres) : engineering(metres, "m"); }
+
 constexpr int ground_side = 400;   // nodes of the coarse grid that tells where the terrain ends
 
 double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
@@ -95,6 +98,7 @@ void SummaryBuilder::add_block(std::size_t i, const HistoryRow& row) {
     if (const int s = header_.blocks[i].from; s >= 0 && structures_[static_cast<std::size_t>(s)].first_loss < 0) structures_[static_cast<std::size_t>(s)].first_loss = row.time;
   } else {
     b.path += (row.position[i] - b.end).norm();
+    if (row.time > b.time) b.acceleration = (row.velocity[i] - b.velocity).norm() / (row.time - b.time);
   }
   b.time = row.time;
   b.end = row.position[i];
@@ -284,7 +288,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const double failed = failed_before_strike(i);
   if (failed >= 0) lines.push_back(fmt::format("{} fails under permanent load at t = {:.3f} s, before any block arrives.", info.name, failed));
   if (first != nullptr) {
-    lines.push_back(fmt::format("{} struck {} at {:.3f} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
+    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
                                 engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
     lines.push_back(fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which depends on cells and contact law). Impulse of all contacts {}.",
                                 engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff, engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));
@@ -301,6 +305,13 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                                 s.spalled_volume > 0 ? fmt::format(", {:.3g} m^3 eroded or come off", s.spalled_volume) : std::string()));
 }
 
+/// Slower than a hundredth of what a fall from its own size gives, and not about to get faster: a block that was let go a moment ago is slow too.
+bool SummaryBuilder::moves(std::size_t i) const {
+  constexpr double gravity = 9.81, slow = 0.01, calm = 0.05;
+  const double speed = std::sqrt(2 * gravity * std::cbrt(header_.blocks[i].volume));
+  return !header_.blocks[i].fixed && (blocks_[i].velocity.norm() > slow * speed || blocks_[i].acceleration > calm * gravity);
+}
+
 /// Where the blocks went, where there is nothing to strike.
 void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   std::size_t farthest = 0, moving = 0;
@@ -309,12 +320,12 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     if (!blocks_[i].born) continue;
     const double r = horizontal(blocks_[i].end - blocks_[i].start);
     if (r > run) run = r, farthest = i;
-    if (!blocks_[i].left && blocks_[i].velocity.norm() > 0.1) ++moving;
+    if (!blocks_[i].left && moves(i)) ++moving;
   }
   if (blocks_.empty()) return;
   if (run >= 0)
-    lines.push_back(fmt::format("{} went {}{:.1f} m in plan, {:.1f} m down, at up to {:.1f} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", run,
-                                blocks_[farthest].start.z() - blocks_[farthest].end.z(), blocks_[farthest].max_speed));
+    lines.push_back(fmt::format("{} went {}{} in plan, {} down, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
+                                length(blocks_[farthest].start.z() - blocks_[farthest].end.z()), blocks_[farthest].max_speed));
   const auto left = static_cast<std::size_t>(std::count_if(blocks_.begin(), blocks_.end(), [](const BlockTrack& b) { return b.left; }));
   if (left == blocks_.size()) return;
   if (blocks_.size() == 1) lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");

@@ -61,6 +61,7 @@ class SummaryBuilder {
  private:
   struct BlockTrack {
     Vec3 start, end, velocity, spin;
+    double acceleration = 0;  // between the last two rows [m/s^2]
     bool born = false;
     double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, max_spin = 0;
     double time = 0;          // of the last row that counts [s]
@@ -85,6 +86,7 @@ class SummaryBuilder {
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
+  bool moves(std::size_t block) const;
   void left_line(std::vector<std::string>& lines) const;
   void add_block(std::size_t i, const sim::HistoryRow& row);
   void add_structure(std::size_t i, const sim::HistoryRow& row);

@@ -181,7 +181,7 @@ json SummaryBuilder::of_confidence() const {
     say("impulse and momentum passed to the structure", "verified", "momentum balance of blocks and structure");
     say("elastic response, base forces, displacement", "verified", "beam and wave solutions (talus verify fem)");
     say("peak contact force", "extrapolated", "low-passed at 300 Hz; a single sub-step's force grows with finer cells and a stiffer contact; compare with the design formulas");
-    say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure");
+    if (std::any_of(header_.structures.begin(), header_.structures.end(), [](const auto& s) { return s.f_cm > 0; })) say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure");
   }
   return confidence;
 }

@@ -100,6 +100,17 @@ const tests = {
 
       // Every plot gets drawn, whether it comes into sight or not: a print and a picture of the whole page need them all.
       await page.waitForFunction(() => [...document.querySelectorAll("#plots figure, #site figure:not(.wide-map)")].every((f) => f.querySelector(".uplot")), null, { timeout: 60000 });
+      // The map too, though it is far below what is seen.
+      await page.waitForFunction(() => document.getElementById("map").width > 400, null, { timeout: 60000 });
+      const painted = await page.evaluate(() => { const c = document.getElementById("map"), d = c.getContext("2d").getImageData(0, 0, c.width, c.height).data; return new Set(Array.from({ length: 500 }, (_, i) => d[4 * Math.floor((i * d.length) / 2000)])).size; });
+      assert.ok(painted > 20, `${painted} tones on the map`);
+      // No label of an axis is cut off: a lost minus sign is a wrong number.
+      const hidden = await page.evaluate(() => window.talus.charts().flatMap((u) => u.axes.filter((a) => a.side === 3).map((a) => { u.ctx.font = a.font[0]; return Math.max(0, ...a._values.map((v) => u.ctx.measureText(v).width / devicePixelRatio)) + a.ticks.size + a.gap - a._size; })).filter((over) => over > 0));
+      assert.deepEqual(hidden, [], "labels cut off");
+      // On paper the page is light, whatever the screen shows.
+      assert.equal(await page.evaluate(() => { document.documentElement.dataset.theme === "dark" || document.getElementById("theme").click(); dispatchEvent(new Event("beforeprint")); return document.documentElement.dataset.theme; }), "light");
+      assert.equal(await page.evaluate(() => { dispatchEvent(new Event("afterprint")); return document.documentElement.dataset.theme; }), "dark");
+      await page.keyboard.press("t");
       const cut = await page.evaluate(() => [...document.querySelectorAll(".scroll")].filter((e) => e.scrollWidth > e.clientWidth + 1).map((e) => e.parentElement.querySelector("b").textContent));
       assert.deepEqual(cut, [], "tables cut off at 1440 pixels");
       const figures = await page.locator("#plots figure").count();

@@ -50,6 +50,16 @@ TEST(MemberTrack, UtilisationDriftAndClass) {
   EXPECT_EQ(j["damage_class_name"], "moderate");                      // 0.5 mm, V_dyn = V_Rd at most
 }
 
+TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
+  Member m = pier();
+  m.shear_design = m.shear_mean = {0, 0};   // not of concrete
+  MemberTrack track(m);
+  track.add(0, state(0, 0, 0));
+  track.add(1, state(1e8, 0, 0.1));
+  EXPECT_TRUE(track.summary()["damage_class"].is_null());
+  EXPECT_TRUE(track.summary()["damage_class_name"].is_null());
+}
+
 TEST(MemberTrack, ClassesInTheirOrder) {
   const auto grade = [](auto change) {
     MemberTrack track(pier());

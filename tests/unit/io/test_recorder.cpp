@@ -215,7 +215,7 @@ TEST(Recorder, DesignFormulasTakeTheStructuresOwnSection) {
   const auto with = formulas(header);
   ASSERT_EQ(with.size(), 6u);
   EXPECT_NE(with[5]["inputs"].get<std::string>().find("d = 1.93 m (section less cover)"), std::string::npos) << with[5]["inputs"];
-  EXPECT_NE(with[5]["inputs"].get<std::string>().find("rho = 0.004 "), std::string::npos) << with[5]["inputs"];
+  EXPECT_NE(with[5]["inputs"].get<std::string>().find("rho = 0.004 ("), std::string::npos) << with[5]["inputs"];
 }
 
 TEST(Recorder, BlocksAndStructuresOutsideOfTheFormulasRangeHaveNone) {
@@ -309,6 +309,31 @@ TEST(Recorder, ABlockCountsUntilItLeavesTheModel) {
   for (const auto& line : j["headline"]) headline += line.get<std::string>() + "\n";
   EXPECT_NE(headline.find("1 of 2 blocks left the model"), std::string::npos) << headline;
   EXPECT_NE(headline.find("All other blocks are at rest"), std::string::npos) << headline;
+}
+
+TEST(Recorder, ABlockThatWasJustLetGoIsNotAtRest) {
+  SyntheticRun run = small();
+  run.structure = false;
+  run.blocks = 1;
+  const auto told = [&](double acceleration, double speed) {
+    io::SummaryBuilder builder(run.header());
+    sim::HistoryRow row = run.row(0.1, 1);
+    for (int k = 0; k <= 1; ++k) {
+      row.time = 1e-3 * k;
+      row.velocity[0] = Vec3(speed, 0, -acceleration * row.time);
+      row.position[0].z() -= 0.5 * acceleration * row.time * row.time;
+      builder.add(row);
+    }
+    std::string headline;
+    const auto j = nlohmann::json::parse(builder.text(nullptr));
+    for (const auto& line : j["headline"]) headline += line.get<std::string>() + "\n";
+    return headline;
+  };
+  EXPECT_NE(told(9.81, 0).find("It still moves at the end."), std::string::npos) << told(9.81, 0);
+  EXPECT_NE(told(9.81, 0).find("4.9 um down"), std::string::npos) << told(9.81, 0);   // a length too small for a decimal of metres
+  EXPECT_NE(told(0, 0).find("It is at rest at the end."), std::string::npos) << told(0, 0);
+  EXPECT_NE(told(0, 1e-3).find("It is at rest at the end."), std::string::npos) << told(0, 1e-3);   // a creep of 1 mm/s, 3 m across
+  EXPECT_NE(told(0, 0.2).find("It still moves at the end."), std::string::npos) << told(0, 0.2);
 }
 
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
