@@ -40,11 +40,13 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
 
 }  // namespace
 
+int largest_search(int count) { return 6 * count + 60 + 4 * block_size; }   // the basis, and blocks beside it
+
 ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count) {
   const int n = static_cast<int>(mass.size());
   count = std::min(count, n);
   const Eigen::Map<const VecX> m(mass.data(), n);
-  const int b = std::min(block_size, n), most = std::min(n, 6 * count + 60);
+  const int b = std::min(block_size, n), most = std::min(n, largest_search(count) - 4 * block_size);
   MatX basis(n, most + b), block(n, b), next(n, b), overlap, r, projected = MatX::Zero(most + b, most + b);
   std::uint64_t seed = 2463534242ull;
   for (int j = 0; j < b; ++j)

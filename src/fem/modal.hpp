@@ -22,6 +22,9 @@ struct ModalBasis {
   MatX phi;
 };
 
+/// Vectors that `lowest_modes` holds at most while it looks for `count` modes, beside these.
+int largest_search(int count);
+
 /// The `count` lowest modes (fewer if the system is smaller). mass: lumped, per free degree of freedom.
 ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count);
 

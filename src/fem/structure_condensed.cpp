@@ -160,7 +160,7 @@ double FemStructure::memory_of_steps() {
   double bytes = damage_ ? 6e6 + 4e3 * static_cast<double>(mesh_.hexes.size()) : 0.0;   // pieces; history of the law where it is needed
   if (partition_ || supports_.nodes.empty() || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
   const double n = dofs_.size;
-  bytes += sizeof(double) * 2 * modes_ * n;   // modes, and the vectors that they are found with
+  bytes += memory_of_modes();
   if (!condensable()) return bytes;
   const std::size_t factor_bytes = factor().bytes();
   const double levels = static_cast<double>(levels_kept(factor_bytes));

@@ -160,6 +160,9 @@ class FemStructure : public Structure {
   LinearDynamics& linear_dynamics();
   bool more_modes();
   bool project(double t);
+  bool rings_in_modes() const;      // linear, and allowed to
+  int modes_at_most() const;
+  double memory_of_modes() const;   // [bytes]
   bool enter_modal(double t, bool forced);
   void leave_modal();
   void materialise();

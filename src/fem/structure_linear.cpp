@@ -84,8 +84,7 @@ std::string FemStructure::advance_alone(double t, double duration) {
     return "asleep";
   }
   const std::string& how = spec_.integrator;
-  const bool factorable = !supports_.nodes.empty() && dofs_.size <= largest_factored_system;
-  const bool linear = !finite_ && !bars_ && !bearings_ && factorable;
+  const bool linear = rings_in_modes();
   if (linear && linear_ && linear_->running) {
     modal_motion(t, duration);
     return "modal";

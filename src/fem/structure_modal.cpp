@@ -59,8 +59,22 @@ std::vector<double> FemStructure::frequencies(int count) {
   return {modes.omega.data(), modes.omega.data() + modes.omega.size()};
 }
 
+int FemStructure::modes_at_most() const {
+  return std::max(std::min(modes_, dofs_.size), std::min({most_modes, dofs_.size, static_cast<int>(largest_basis / static_cast<std::size_t>(dofs_.size))}));
+}
+
+bool FemStructure::rings_in_modes() const {
+  const bool factorable = !supports_.nodes.empty() && dofs_.size > 0 && dofs_.size <= largest_factored_system;
+  return !finite_ && !bars_ && !bearings_ && factorable;
+}
+
+double FemStructure::memory_of_modes() const {
+  if (!rings_in_modes() || (spec_.integrator != "auto" && spec_.integrator != "modal")) return 0;
+  return sizeof(double) * static_cast<double>(dofs_.size) * (largest_search(modes_at_most()) + modes_at_most());
+}
+
 bool FemStructure::more_modes() {
-  const int next = std::min({2 * modes_, most_modes, dofs_.size, static_cast<int>(largest_basis / static_cast<std::size_t>(dofs_.size))});
+  const int next = std::min(2 * modes_, modes_at_most());
   if (next <= modes_) return false;
   modes_ = next;
   return true;
