@@ -138,15 +138,15 @@ double Simulation::memory_of_run() const {
   const coupling::Environment& env = w.system->environment();
   const auto blocks = static_cast<double>(w.system->model().blocks.size());
   const double rows = w.scene.simulation.duration / w.scene.output.history_interval;
-  double sum = 12 + 0.045 * blocks;                                       // libraries of the results; a block's contacts in a pile
+  double sum = 14 + 0.045 * blocks;                                       // libraries of the results; a block's contacts in a pile
   double row = 200 * blocks + 400;                                        // [bytes]
   for (const RunHeader::StructureInfo& s : header().structures) {
     std::size_t values = 9 + 3 * s.probes.size();
     for (const Member& m : s.members) values += 5 * m.stations.size() + 6;
     row += sizeof(double) * static_cast<double>(values);
   }
-  sum += std::min(32.0, rows * row * 1e-6);                               // a batch of rows on its way to results.h5
-  if (w.scene.output.report) sum += 4 * std::min(6.0, rows * 28 * blocks * 1e-6);   // its arrays, their text, the page
+  sum += std::min(32.0, 2 * rows * row * 1e-6);                           // a batch of rows on its way to results.h5, and what HDF5 holds of it
+  if (w.scene.output.report) sum += 3 + 4 * std::min(6.0, rows * 28 * blocks * 1e-6);   // the empty page; its arrays, their text, the page
   for (const auto& part : env.structures)
     if (!part.fixed_surface || part.one_way) sum += 1e-6 * part.structure->memory_of_steps();
   return sum;
