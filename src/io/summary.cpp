@@ -176,9 +176,9 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
   if (std::abs(last_.algorithmic) > allowed * scale && kinetic_peak_ > least * mass)
-    list.push_back(fmt::format("the scheme itself {} {:.3g} J, {:.2g} % of the largest kinetic energy ({:.3g} J), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
+    list.push_back(fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy ({}), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
                                "not resolve (energy.algorithmic). Set a lower simulation.accuracy; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
-                               last_.algorithmic > 0 ? "took" : "made", std::abs(last_.algorithmic), 100 * std::abs(last_.algorithmic) / kinetic_peak_, kinetic_peak_, algorithmic_from_, algorithmic_to_));
+                               last_.algorithmic > 0 ? "took" : "made", engineering(std::abs(last_.algorithmic), "J"), 100 * std::abs(last_.algorithmic) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_));
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "
