@@ -136,6 +136,8 @@ class IslandStepper {
   double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
+  /// Step before this one of length h; as long where the stretch has none [s].
+  double length_before(double h) const { return last_length_ > 0 ? last_length_ : h; }
   bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
@@ -299,6 +301,7 @@ class IslandStepper {
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
+  double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]
   int impacts_ = 0;
 };
 

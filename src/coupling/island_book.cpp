@@ -131,7 +131,7 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, s, c.impulse.tail<2>().dot(mean.tail<2>()));
-  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + h * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
+  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + of.length_before(h) * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
   const double freed = of.freed_shear(t);

@@ -92,13 +92,16 @@ double IslandStepper::rise_limit(double ahead) const {
 void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, bool first_pass) {
   t.theta = 1;
   if (first_pass && !conserving(t, c, h)) t.mode = Mode::spring_end;
-  // p = h (F(x) - dashpot x velocity), F by its tangent at the indentation that the last force leads to.
+  // p = h (F(x) - dashpot x velocity), h the mean of this step and the one before, F by its tangent at the indentation that the last force leads to.
   const double warm = first_pass ? t.frame.col(0).dot(t.warm) * h : t.impulse[0];
   double end = -(t.gap_ref + (first_pass ? h * normal_compliance(c) * std::max(0.0, warm) : 0.0)), force = 0, slope = 0;
   double share = 1;   // of the dashpot's velocity that is the end's
+  double lasts = h;   // between the half steps that it parts: as the structure's own forces
   if (t.mode == Mode::spring_secant) {
-    force = t.normal_law.secant(-t.at.gap + h * t.approach, end, slope);
+    const double before = length_before(h);
+    force = t.normal_law.secant(-t.at.gap + before * t.approach, end, slope);
     share = 0.5;
+    lasts = 0.5 * (before + h);
   } else {
     force = t.normal_law.force(std::max(end, 0.0));
     slope = t.normal_law.slope(end);
@@ -115,8 +118,8 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
     slope = std::max(slope, std::min(t.stiffness, 0.01 / (h * h * normal_compliance(c))));
   }
   t.indentation = end;
-  c.compliance[0] = 1 / (h * h * slope + share * h * t.dashpot);
-  c.bias[0] = -c.compliance[0] * (h * force - h * slope * (t.gap_ref + end - h * t.u_ref) - (1 - share) * h * t.dashpot * t.approach);
+  c.compliance[0] = 1 / (lasts * h * slope + share * lasts * t.dashpot);
+  c.bias[0] = -c.compliance[0] * (lasts * force - lasts * slope * (t.gap_ref + end - h * t.u_ref) - (1 - share) * lasts * t.dashpot * t.approach);
 }
 
 /// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref.

@@ -31,6 +31,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   const bool with_structure = !island_->structures.empty();
   const bool small = event_driven();
   double done = 0;
+  last_length_ = 0;
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t);
   bool restless = small || with_structure || settings_.fixed_step > 0;   // no long steps of what stands
@@ -72,6 +73,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     correct_structures(trial.start, taken);
     commit(t + done + taken, taken);
     done += taken;
+    last_length_ = leapfrog() ? taken : 0;
     ++report_.counters.steps;
     report_.counters.last_step = taken;
     if (!problem_.contacts.empty() || trial.closed) {

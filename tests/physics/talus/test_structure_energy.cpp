@@ -73,5 +73,20 @@ TEST(StructureEnergy, CornerThatSinksIntoASlab) {
   EXPECT_LT(std::abs(last.algorithmic), 1e-8 * last.kinetic);
 }
 
+/// A cube that turns as it strikes a column: its step is halved once springs are loaded. Where it is, the spring's force lasts for the mean of both steps, as the structure's own
+/// forces do; for the new one alone, a hundredth of the energy was made.
+TEST(StructureEnergy, HalvedStepsMakeNothing) {
+  SceneText s = scene(0.02, "40 GPa", 0.5, "normal_stiffness = \"10 GPa/m\"");
+  s.history(2e-3);
+  s.raw(structure_box("column", Vec3(0.4, 1, 2), Vec3(0, 0, 1), {2, 4, 8}, "concrete", "support = [\"-z\"]\npreload = \"none\"\n"));
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.6, 0.05, 1.6), velocity(Vec3(15, 0, 1)) + spin(Vec3(2, 3, 1)));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  double least = 0;
+  for (const sim::HistoryRow& r : o.rows) least = std::min(least, r.ledger.algorithmic);
+  EXPECT_GT(least, -1e-3 * o.rows.front().ledger.kinetic);
+  EXPECT_LT(o.rows.back().ledger.kinetic, 0.9 * o.rows.front().ledger.kinetic);   // it did strike
+}
+
 }  // namespace
 }  // namespace talus::verify
