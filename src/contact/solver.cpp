@@ -127,7 +127,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   search.consider(search.p, search.v, system.residual(search.v, search.p));
   constexpr int few = 60;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(), [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
-  if (search.best > tolerance && nc <= few && !frictionless && search.unstressed(settings, report)) {
+  if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
     // as near to no load as the problem allows
   } else if (search.best > tolerance && nc > few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300);

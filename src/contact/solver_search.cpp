@@ -134,15 +134,12 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
 
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
-  const std::vector<Vec3> warm = p;
+  sufficient_ = tolerance_;   // what else would do depends on where the search began
   for (Vec3& impulse : p) impulse *= 0.5;   // of the same region
-  if (newton(1e-4, 20)) {
-    p = best_p;
-    swept(6);   // to round-off
-    return true;
-  }
-  p = warm;
-  return false;
+  newton(1e-4, 20);
+  p = best_p;
+  swept(6);   // to round-off
+  return best <= tolerance_;
 }
 
 bool Search::run(const SolveSettings& settings, SolveReport& report) {

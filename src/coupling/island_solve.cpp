@@ -28,32 +28,33 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
-/// What the loads of the contacts do as a residual lets them sink: sum p_n max(0, -u_n) [J].
-double sinking(const contact::ContactProblem& problem) {
+/// Work of the contacts' impulses that Coulomb's law has none of, left by a residual: loads that sink or part, sum p_n |u_n|, and friction that drives,
+/// sum max(0, p_t . u_t) [J].
+double unearned(const contact::ContactProblem& problem) {
   double work = 0;
   for (const contact::ProblemContact& c : problem.contacts) {
-    if (!(c.impulse[0] > 0)) continue;
-    double u = c.bias[0] + c.compliance[0] * c.impulse[0];
+    if (c.impulse.isZero(0)) continue;
+    Vec3 u = c.bias + c.compliance.cwiseProduct(c.impulse);
     for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
       const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
       const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-      for (int i = 0; i < body.ndof; ++i) u += problem.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * problem.v[static_cast<std::size_t>(body.offset + i)];
+      u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
     }
-    work += c.impulse[0] * std::max(0.0, -u);
+    work += std::abs(c.impulse[0] * u[0]) + std::max(0.0, c.impulse.tail<2>().dot(u.tail<2>()));
   }
   return work;
 }
 
-/// Newton's method from what solved a problem, until its contacts sink with no more than `most` work [J] or it gets no farther. `scale`: a velocity
-/// beside which the residual is so small that this method goes first [m/s].
-contact::SolveReport sink_less(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double scale, double most, contact::SolveReport r) {
+/// On from what solved a problem, until its contacts do no more than `most` work unearned [J] or it gets no farther: by Newton's method, where it is
+/// far more by the whole search. `scale`: a velocity beside which the residual is so small that this method goes first [m/s].
+contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double scale, double most, contact::SolveReport r) {
   for (int round = 0; round < 3; ++round) {
-    const double work = sinking(problem), residual = r.residual * settings.velocity_scale / scale;
+    const double work = unearned(problem), residual = r.residual * settings.velocity_scale / scale;
     if (work <= most) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
-    closer.sufficient = residual;
     closer.tolerance = residual * most / work;
+    closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
     r.sweeps += next.sweeps;
@@ -105,8 +106,8 @@ bool IslandStepper::solve(double h, Effort effort) {
   const auto attempt = [&] {
     contact::SolveReport r = solver_.solve(problem_, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
-    // moves, for ever. What all contacts sink together is to be a small part of the motion.
-    if (r.converged && moves) r = sink_less(solver_, problem_, settings, speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
+    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, speed_, settings_.accuracy * kinetic(&Body::v0), r);
     n.newton += r.newton;
     n.sweeps += r.sweeps;
     n.outer += r.outer;

@@ -53,6 +53,7 @@ std::unique_ptr<World> Builder::build() {
   env_.planes = s.planes;
   env_.laws = s.laws;
   complete_laws();
+  check_stiffness();
   if (problems_.empty()) add_structures();
   warn_of_small_blocks();
   pair_structures();

@@ -52,4 +52,63 @@ void Builder::complete_laws() {
     }
 }
 
+namespace {
+
+double largest_face(const Polyhedron& shape) {
+  double largest = 0;
+  for (int f = 0; f < shape.faces(); ++f) {
+    Vec3 twice = Vec3::Zero();
+    const int first = shape.face_offset[static_cast<std::size_t>(f)], last = shape.face_offset[static_cast<std::size_t>(f) + 1];
+    const auto corner = [&](int i) { return shape.vertices[static_cast<std::size_t>(shape.face_vertices[static_cast<std::size_t>(i)])]; };
+    for (int i = first; i < last; ++i) twice += corner(i).cross(corner(i + 1 < last ? i + 1 : first));
+    largest = std::max(largest, 0.5 * twice.norm());
+  }
+  return largest;
+}
+
+/// Depth to which its weight presses a block that lies at its best: on three contact points, or on its largest face (on no less than the cap of a ball of
+/// its inradius, a tenth of that deep) [m]. 0: not a matter of a stiffness.
+double settles(const ContactLaw& law, const dda::Model::Block& block, double gravity) {
+  const double weight = block.mass * gravity;
+  if (law.stiffness == ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::table) return 0;
+  if (law.kind == ContactLaw::Kind::hertz) return std::pow(weight / (3 * law.normal_stiffness), 2.0 / 3.0);
+  if (law.stiffness == ContactLaw::Stiffness::per_contact) return weight / (3 * law.normal_stiffness);
+  const double r = block.shape->inradius;
+  return weight / (law.normal_stiffness * std::max(largest_face(*block.shape), 0.6 * r * r));
+}
+
+}  // namespace
+
+void Builder::check_stiffness() {
+  constexpr double refused = 0.1, told = 0.01;   // of the inradius
+  const scene::Scene& s = world_->scene;
+  const double gravity = model_.gravity.norm();
+  const int n = env_.laws.materials;
+  for (int i = 0; i < n; ++i)
+    for (int j = i; j < n; ++j) {
+      const ContactLaw& law = env_.laws(i, j);
+      const dda::Model::Block* worst = nullptr;
+      double depth = 0;
+      for (const dda::Model::Block& b : model_.blocks) {
+        if (b.ndof() == 0 || (b.material != i && b.material != j)) continue;
+        const double d = settles(law, b, gravity);
+        if (d > told * b.shape->inradius && (!worst || d / b.shape->inradius > depth / worst->shape->inradius)) worst = &b, depth = d;
+      }
+      if (!worst) continue;
+      const double r = worst->shape->inradius, part = depth / r;
+      Problem p;
+      p.file = s.file;
+      p.key = fmt::format("interface.{}/{}.normal_stiffness", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
+      p.value = fmt::format("{:.4g}", law.normal_stiffness);
+      p.rule = fmt::format("block {} sinks in by {:.3g} m under its own weight, {:.2g} % of its inradius{}", worst->name, depth, 100 * part, part > refused ? "; 10 % at most" : "");
+      p.remedy = fmt::format("take {:.2g} times the stiffness{}", part / (part > refused ? refused : told), part > refused ? " or more, or \"hard\"" : " for a hundredth of it, or accept it");
+      if (part > refused) {
+        problems_.push_back(std::move(p));
+      } else {
+        p.severity = Problem::Severity::warning;
+        world_->scene.warnings.push_back(std::move(p));
+      }
+    }
+}
+
 }  // namespace talus::sim

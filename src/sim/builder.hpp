@@ -52,6 +52,8 @@ class Builder {
   void refuse_what_is_missing();
   /// What the curved laws need beyond their own keys: elastic moduli for Hertz, a stiffness for crushing.
   void complete_laws();
+  /// Springs that a block's own weight presses by more than a tenth of its inradius are an error, by more than a hundredth a warning.
+  void check_stiffness();
 
   // Structures (build_structures.cpp)
   /// Where a structure's reports go; what begins with "warning: " is one, "; " before what to do.

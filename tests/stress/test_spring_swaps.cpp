@@ -117,7 +117,7 @@ TEST_P(SoftDrops, GiveTheirEnergyBack) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Stiffness, SoftDrops,
-                         testing::Values("normal_stiffness = \"1e6 Pa/m\"", "normal_stiffness = \"1e7 Pa/m\"", "normal_stiffness = \"1e8 Pa/m\"", "normal_stiffness = \"1e9 Pa/m\"",
+                         testing::Values("normal_stiffness = \"2e6 Pa/m\"", "normal_stiffness = \"1e7 Pa/m\"", "normal_stiffness = \"1e8 Pa/m\"", "normal_stiffness = \"1e9 Pa/m\"",
                                          "normal_stiffness = \"1e6 N/m\"", "normal_stiffness = \"1e8 N/m\""));
 
 }  // namespace
