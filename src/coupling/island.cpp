@@ -22,7 +22,7 @@ bool IslandStepper::moving_skin(const Partner& a) const {
 void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
-  impacts_ = 0;
+  impacts_ = unsolved_ = 0;
   released_ = false;
   found_for_ = -1;
   followed_ = -1;

@@ -57,6 +57,7 @@ struct IslandReport {
 
 class IslandStepper {
  public:
+  static constexpr std::size_t many_contacts = 60;        // of a problem, beyond which it is solved to what the accuracy asks
   static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
@@ -143,6 +144,9 @@ class IslandStepper {
   double touch_gap() const { return 1e-7 * length_; }
   double near_gap() const { return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_); }   // within which what moves slower than slow_speed() is in contact [m]
   double slow_speed() const;
+  static constexpr int most_unsolved = 2;
+  /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
+  bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
   bool event_driven() const { return static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
 
@@ -303,6 +307,7 @@ class IslandStepper {
   double step_length_ = 0;                // of the step being computed [s]
   double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]
   int impacts_ = 0;
+  int unsolved_ = 0;                      // problems of the stretch that had no solution
 };
 
 }  // namespace talus::coupling

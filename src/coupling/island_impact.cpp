@@ -76,7 +76,7 @@ void IslandStepper::note_impacts_on_skin() {
     }
 }
 
-/// An impulse of no duration on all closed touches, if any of them approaches.
+/// An impulse of no duration on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
 bool IslandStepper::impact_stage() {
   bool approaching = false, given = false;
   for (Touch& t : touches_) {
@@ -98,7 +98,10 @@ bool IslandStepper::impact_stage() {
     if (!solve_rolling(0, Effort::last_resort)) return false;
     pending_ = Ledger{};
     apply(0);
-    if (!finite()) return false;
+    if (!finite()) {
+      restore();
+      return false;
+    }
     if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + impact_round_off) || !restituted || scale == 0) break;
     restore();   // energy rule: restitution with friction on many contacts may not create energy
   }

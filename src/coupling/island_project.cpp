@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "coupling/island_body.hpp"
 
@@ -65,10 +66,12 @@ double IslandStepper::project(double h) {
   // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, all of it.
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
   if (deepest <= shows) return deepest;
+  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;   // so much is as good as none
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
-  for (int pass = 0; pass < 24 && deepest > tolerance; ++pass) {
+  int fruitless = 0;   // of passes in a row that did not halve the depth, those without a solution twice: what is jammed stays in each other
+  for (int pass = 0; pass < 24 && deepest > left && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
     problem_.clear();
@@ -113,7 +116,8 @@ double IslandStepper::project(double h) {
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
     find_moved(last, carried);
-    deepest = deepest_touch();
+    const double before_pass = std::exchange(deepest, deepest_touch());
+    fruitless = deepest < 0.5 * before_pass ? 0 : fruitless + (r.converged ? 1 : 2);
   }
   carry_at_structures(before);
   return deepest;

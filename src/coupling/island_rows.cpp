@@ -314,6 +314,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(problem_, model_, bodies_, h, 1e6 * mass * (speed_ + h * model_.gravity.norm()));
   finish_bodies();
+  if (leapfrog() && problem_.contacts.size() > many_contacts) give_a_little(touches_, 0.1 * settings_.accuracy, problem_);
 }
 
 void IslandStepper::finish_bodies() {

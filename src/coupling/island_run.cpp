@@ -40,16 +40,17 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    trial.lumped = !small || impacts_ > 200;
+    trial.lumped = !small || impacts_ > 200 || jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
     release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
-    if (!trial.lumped && !impact_stage()) {
-      report_.failure = "impact could not be solved";
-      return report_;
+    if (!trial.lumped && !impact_stage()) {   // what no impulse of no duration solves is jammed
+      unsolved_ = most_unsolved;
+      trial.lumped = true;
+      trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
     weigh_springs();
     if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
@@ -60,6 +61,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     double taken = trial.h;
     if (!trial.lumped && !locate_event(taken, trial.passes)) {
       reject();
+      ++unsolved_;
       longest = 0.5 * trial.h;
       if (longest < settings_.min_step) return fail_at_smallest_step();
       continue;

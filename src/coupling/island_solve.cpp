@@ -72,16 +72,20 @@ contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bo
   contact::SolveSettings settings;
   // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
   settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest_, 1e-4 * speed_, speed_);
-  // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
-  const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / h / settings.velocity_scale : 0;
-  const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
   const bool sub_step = h > 0 && !condensed_ && !island_->structures.empty();
-  settings.tolerance = small ? (sub_step ? 1e-9 : 1e-12) * coarse : still ? 1e-9 : std::max(std::min(allowed, settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
+  // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
+  // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among themselves may.
+  const bool blocks_in_sub_step = sub_step && !island_->blocks.empty();
+  const double lasting = blocks_in_sub_step ? std::max(h, 2 * std::sqrt(settings_.accuracy * length_ / std::max(model_.gravity.norm(), 1e-12))) : h;
+  const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / lasting / settings.velocity_scale : 0;
+  const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
+  settings.tolerance = small ? (sub_step ? 1e-9 : 1e-12) * coarse : still ? 1e-9 : std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
   if (small && sub_step) settings.sufficient = std::max(1e-7, 1e-3 * settings_.accuracy);
   else if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
+  else if (blocks_in_sub_step) settings.sufficient = std::max(settings.tolerance, settings_.accuracy);   // of a search that stalls
   else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
   else if (h > 0 && in_heap())   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
     settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * speed_ / settings.velocity_scale, allowed}));
@@ -99,7 +103,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= 60 || event_driven(), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = problem_.contacts.size() <= many_contacts || event_driven(), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   contact::SolveSettings settings = solve_settings(h, effort, small, still);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_heap() && !small && !still;
@@ -133,7 +137,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     r.converged = true;
     r.tier = 'C';
   }
-  if (!r.converged && effort == Effort::last_resort) {
+  if (!r.converged && effort == Effort::last_resort && h > 0) {   // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
     settings.exact_coulomb = false;
     settings.sufficient = sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
@@ -172,9 +176,13 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   bool solved = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
+    if (lumped && jammed() && !in_heap()) ask_for_no_motion(touches_, problem_, h);
     const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
     solved = solve_rolling(h, effort);
-    if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) solved = solve_rolling(h, effort);
+    if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) {
+      ++unsolved_;
+      solved = solve_rolling(h, effort);
+    }
     // Restitution on many contacts may not create energy, as little as in an impact stage: pieces jammed in a notch would be shot out of it.
     std::vector<int> hard;
     const auto bounces = [&](const Touch& t) { return t.mode == Mode::end && !deformable_structure(t) && t.law->restitution.value_or(0) > 0 && problem_.contacts[static_cast<std::size_t>(t.row)].bias[0] < 0; };

@@ -62,7 +62,16 @@ bool IslandStepper::refused(Trial& trial, const Outcome& o) {
   const double limit = error_limit();
   if (o.ok && !(trial.adaptive && o.error > limit && may_shorten(trial))) return false;
   reject();
-  if (!o.ok) ++report_.counters.tier_d, ++trial.halved;
+  if (!o.ok) {
+    ++report_.counters.tier_d, ++trial.halved, ++unsolved_;
+    if (!trial.lumped && jammed()) {   // goes on as large islands do
+      trial.lumped = true;
+      trial.adaptive = false;
+      trial.passes = 1;
+      trial.h = std::min(trial.h, step_limit(trial.remaining, true));
+      return true;
+    }
+  }
   trial.h *= o.ok && !condensed_ ? std::clamp(0.9 * std::cbrt(limit / o.error), 0.2, 0.9) : 0.5;
   return true;
 }

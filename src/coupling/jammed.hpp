@@ -22,4 +22,12 @@ double left_inside(double gap, double moving, double h);
 /// the step before, since those of the search that failed are out of all measure. False if nothing was asked.
 bool ask_for_no_motion(std::span<const Touch> touches, contact::ContactProblem& problem, double h);
 
+/// Hard rows of blocks that bind nothing sink by a part of what their impulse moves, along the face as well:
+///
+///   u >= -epsilon w p,   w = n . J A^-1 J^T n   [1/kg]
+///
+/// Among jammed bodies all impulses that balance each other solve the rows; handed on from step to step as a start they grow without bound, and what a residual leaves times
+/// these is energy. So the least ones are the solution, whatever the rows ask. In steps of h a row that bears N times a body's weight sinks at epsilon N g h.
+void give_a_little(std::span<const Touch> touches, double epsilon, contact::ContactProblem& problem);
+
 }  // namespace talus::coupling

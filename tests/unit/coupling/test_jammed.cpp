@@ -111,5 +111,22 @@ TEST(Jammed, LedOutAsFastAsThereIsMotion) {
   EXPECT_EQ(left_inside(1e-6, 2, h), 0);
 }
 
+/// Sides that press on each other through the body start from what they had: the least impulses solve the rows that give, any such those that do not.
+TEST(Jammed, ImpulsesThatBalanceEachOtherAreNotHandedOn) {
+  const auto pressed = [](bool gives) {
+    Jam jam;
+    jam.row(skin, Vec3::UnitX(), 0);
+    jam.row(skin, -Vec3::UnitX(), 0);
+    jam.row(ground, Vec3::UnitZ(), 0);
+    for (int side : {0, 1}) jam.problem.contacts[static_cast<std::size_t>(side)].impulse[0] = 1e6;
+    jam.problem.bodies[0].mass_inverse = jam.mass.data();
+    if (gives) give_a_little(jam.touches, 1e-3, jam.problem);
+    EXPECT_TRUE(jam.solve().converged);
+    return jam.largest_impulse();
+  };
+  EXPECT_GT(pressed(false), 1e5);
+  EXPECT_LT(pressed(true), 0.2);   // the body brings 0.1 N s
+}
+
 }  // namespace
 }  // namespace talus::coupling
