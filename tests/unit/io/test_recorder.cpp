@@ -174,7 +174,7 @@ TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
   EXPECT_TRUE(warnings(9.9e3).empty());
   EXPECT_TRUE(warnings(-9.9e3).empty());
   ASSERT_EQ(warnings(2.5e4).size(), 1u);
-  EXPECT_NE(warnings(2.5e4)[0].find("took 2.5e+04 J, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
+  EXPECT_NE(warnings(2.5e4)[0].find("took 25 kJ, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
   EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
   EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
 }
