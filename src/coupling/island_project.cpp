@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <utility>
 
 #include "coupling/island_body.hpp"
 
@@ -70,7 +69,8 @@ double IslandStepper::project(double h) {
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
-  int fruitless = 0;   // of passes in a row that did not halve the depth, those without a solution twice: what is jammed stays in each other
+  double least = deepest;   // depth so far
+  int fruitless = 0;        // passes in a row that did not halve it, those without a solution twice: what is jammed stays in each other
   for (int pass = 0; pass < 24 && deepest > left && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
@@ -116,8 +116,9 @@ double IslandStepper::project(double h) {
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
     find_moved(last, carried);
-    const double before_pass = std::exchange(deepest, deepest_touch());
-    fruitless = deepest < 0.5 * before_pass ? 0 : fruitless + (r.converged ? 1 : 2);
+    deepest = deepest_touch();
+    fruitless = deepest < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
+    least = std::min(least, deepest);
   }
   carry_at_structures(before);
   return deepest;
