@@ -33,10 +33,11 @@ std::uint64_t name_of(const TriangleSurface& skin, int first) {
 /// Pressure of a column over the stiffness per area [m].
 double pressed(const contact::Column& c, double depth, double limit) { return std::clamp(std::min(depth, c.most), 0.0, limit); }
 
-/// Marks the parts along one normal where what the block's facets push aside does not cancel: at a facet that ends below the skin, at a side too steep to carry a
-/// column, or where a block ploughs its way, pressed on the side that it goes to and not on the one that lies in its own crater. There, too, the force acts along the facets: without it
-/// a motion along the skin would give columns free for nothing, or press them.
+/// Marks the parts of a crushing bed along one normal where what the block's facets push aside does not cancel: where a block ploughs its way, pressed on the side that it goes to
+/// and not on the one that lies in its own crater. There the force acts along the facets: without it a motion along the skin would give columns free for nothing, or press them.
+/// An elastic bed holds the same wherever on the skin the block lies: its push aside is that of the lower facets alone, which one that leans over takes back (decision 0079).
 void mark_sideways(std::span<contact::Footprint> parts, double limit) {
+  if (std::isinf(limit)) return;
   thread_local std::vector<contact::Footprint*> left;
   left.clear();
   for (contact::Footprint& part : parts)
