@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "core/disjoint_sets.hpp"
 #include "coupling/counters.hpp"
 #include "coupling/environment.hpp"
 #include "coupling/island.hpp"
@@ -95,6 +96,7 @@ class CoupledSystem {
   };
   void plan(double stretch, Plan& p) const;
   void pair_structures(double stretch, Plan& p) const;
+  void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
   bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);

@@ -3,8 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <numeric>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 
 namespace talus::dda::shi1988 {
@@ -15,15 +15,6 @@ constexpr int pcg_cap = 400;
 
 [[noreturn]] void not_spd() {
   throw NumericalFailure("dda-1988: the equivalent stiffness of Eq. (9) is not positive definite (flat or inverted block?)");
-}
-
-int root(std::vector<int>& parent, int i) {
-  while (parent[static_cast<std::size_t>(i)] != i) {
-    auto& p = parent[static_cast<std::size_t>(i)];
-    p = parent[static_cast<std::size_t>(p)];
-    i = p;
-  }
-  return i;
 }
 }  // namespace
 
@@ -44,17 +35,13 @@ void BlockSystem::set_pattern(int blocks, std::vector<std::pair<int, int>> pairs
   solution.resize(n);
   coupling.resize(pairs_.size());
 
-  std::vector<int> parent(n);
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const auto& [i, j] : pairs_) {
-    const int a = root(parent, i), b = root(parent, j);
-    parent[static_cast<std::size_t>(std::max(a, b))] = std::min(a, b);  // the root is the lowest number: order is fixed
-  }
+  DisjointSets sets(blocks);
+  for (const auto& [i, j] : pairs_) sets.join(i, j);
   block_island_.assign(n, -1);
   local_.assign(n, 0);
   island_.clear();
   for (std::size_t i = 0; i < n; ++i) {
-    const auto r = static_cast<std::size_t>(root(parent, static_cast<int>(i)));
+    const auto r = static_cast<std::size_t>(sets.root(static_cast<int>(i)));
     if (block_island_[r] < 0) {
       block_island_[r] = static_cast<int>(island_.size());
       island_.emplace_back();
