@@ -9,6 +9,7 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
+constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
 double equal_part(double time, double h) { return h < time ? time / std::ceil(time / h - 1e-9) : time; }
@@ -32,6 +33,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   const bool small = event_driven();
   double done = 0;
   last_length_ = 0;
+  int grazes = 0, impacts_when_cut = -1;   // the latter: negative if the last step was not cut short
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t);
   bool restless = small || with_structure || settings_.fixed_step > 0;   // no long steps of what stands
@@ -40,7 +42,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    trial.lumped = !small || impacts_ > 200 || jammed();
+    trial.lumped = !small || impacts_ > 200 || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
@@ -52,6 +54,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
+    grazes += impacts_when_cut == impacts_;
     weigh_springs();
     if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
     const bool long_step = trial.usual > 0;
@@ -67,6 +70,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       continue;
     }
     longest = std::numeric_limits<double>::infinity();
+    impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
     if (condensed_ && !correct_skins(trial.start, taken)) {
       reject();
       condensed_ = false;   // for the rest of the stretch
