@@ -28,8 +28,8 @@ Bed::Above Bed::Spring::compressed(double shift, double limit) const {
   return {all.part, all.first - beyond.first, all.second - beyond.second - 2 * (cut + shift) * beyond.first};
 }
 
-Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed)
-    : start_(start), limit_(limit), beyond_(deepest - start), crushed_(crushed) {
+Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed, bool rested)
+    : start_(start), limit_(limit), beyond_(deepest - start), crushed_(crushed), rested_(rested) {
   springs_.reserve(columns.size());
   double all = 0, gains = 0;
   for (const Column& c : columns) {
@@ -74,8 +74,9 @@ double Bed::stored(double x) const {
   return w;
 }
 
+double Bed::way_from(double x) const { return rested_ ? std::min(x, start_) : x; }
+
 double Bed::before(double x) const {
-  if (std::isinf(limit_) && crushed_ > 0) x = std::min(x, start_);   // what lies unloaded came down with the block: it held nothing on the way
   double w = crushing_before(x);
   for (const Spring& s : springs_) w += yields(s) && shift(s, x) < 0 ? 0.5 * s.stiffness * limit_ * limit_ : held(s, shift(s, x));
   return w;

@@ -39,13 +39,14 @@ struct Column {
 /// Spring law of the columns of one part of a face over its own greatest depth x.
 class Bed {
  public:
-  /// `start`: x_0; `limit`: p/k, infinite for an elastic bed; `deepest`: of the whole face; `crushed`: y [m].
-  Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed);
+  /// `start`: x_0; `limit`: p/k, infinite for an elastic bed; `deepest`: of the whole face; `crushed`: y [m]; `rested`: it held nothing a step ago.
+  Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed, bool rested = false);
 
   double force(double x) const;
   double slope(double x) const;                      // dF/dx [N/m]
   double work(double x) const;                       // to x along the way down; holds what is crushed beyond L [J]
   double stored(double x) const;                     // part of it that comes back [J]
+  double way_from(double x) const;                   // x_0 where x led there unloaded: what rested came with the block and held nothing on the way
   double before(double x) const;                     // work up to x on the way that led to x_0: what yields now yielded there already [J]
   double crushing_before(double x) const;            // part of that which crushed, 0 at x_0 [J]
   double crushed_after(double x) const;              // y once x was reached [m]
@@ -66,6 +67,7 @@ class Bed {
   bool yields(const Spring& s) const { return std::min(s.depth[0], s.most) >= limit_ * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
   std::vector<Spring> springs_;
   double start_, limit_, beyond_, crushed_, gain_ = 1;   // beyond: of the face's greatest depth; gain: the columns' mean
+  bool rested_;
 };
 
 }  // namespace talus::contact

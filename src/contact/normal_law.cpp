@@ -126,6 +126,7 @@ double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
 }
 
 double NormalLaw::secant(double x0, double x1, double& derivative) const {
+  if (bed) x0 = bed->way_from(x0);
   const double d = x1 - x0;
   if (std::abs(d) <= 1e-6 * std::max(std::abs(x0), std::abs(x1))) {   // the quotient would be round-off
     derivative = 0.5 * slope(x1);

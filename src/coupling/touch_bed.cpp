@@ -101,6 +101,7 @@ struct FaceBed {
   std::uint64_t rows, cells;   // their first features
   double deepest = -std::numeric_limits<double>::infinity(), sunk = 0;
   double crushed = 0;          // an elastic bed's: it lies unloaded down to there [m]
+  bool rested = false;         // and held nothing in the last step
   std::vector<Crater> craters{};
 };
 
@@ -121,6 +122,7 @@ void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uin
   if (std::isinf(limit)) {
     if (late) face.crushed = face.deepest;
     for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed);
+    face.rested = face.crushed > 0 && std::none_of(rows.begin(), rows.end(), [](const ContactMemory& m) { return m.normal_energy > 0; });
     for (contact::Footprint& part : face.parts)
       for (contact::Column& c : part.columns) c.most = face.deepest - face.crushed;
     return;
@@ -155,7 +157,7 @@ Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const C
   t.at.normal = r.normal;
   t.at.point_a = r.point;
   t.normal_law.law = &law;
-  t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, r.normal, part.deepest, law.normal_stiffness, limit, face.deepest, face.crushed);
+  t.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, r.normal, part.deepest, law.normal_stiffness, limit, face.deepest, face.crushed, face.rested);
   t.at.gap = -part.deepest;
   t.at.area = sunk > 0 ? sunk : all;
   t.stiffness = t.normal_law.stiffness = law.normal_stiffness * t.at.area;
@@ -178,7 +180,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
 /// The same part on four points.
 void stand_on_points(const TriangleSurface& skin, const Touch& whole, const contact::Footprint& part, const FaceBed& face, double limit, std::vector<Touch>& out) {
   Touch point = whole;
-  point.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, whole.at.normal, part.deepest, 0.25 * whole.law->normal_stiffness, limit, face.deepest, face.crushed);
+  point.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, whole.at.normal, part.deepest, 0.25 * whole.law->normal_stiffness, limit, face.deepest, face.crushed, face.rested);
   for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored}) *shared *= 0.25;
   point.warm *= 0.25;
   point.of_part = 0.25;

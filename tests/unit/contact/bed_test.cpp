@@ -7,8 +7,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 namespace talus::contact {
 namespace {
@@ -63,6 +65,29 @@ TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
 TEST(Bed, WhatLiesUnloadedComesBackAsFoundOnly) {
   const Bed bed(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.05);
   EXPECT_DOUBLE_EQ(bed.crushed_after(0.02), 0.04);   // not by the step's own way
+}
+
+/// A bed that was found late and lies unloaded down to y, but is loaded beyond: on its way out, too, the mean of its force is one of its forces, and the way there and back does no work. Taken
+/// as if it had held nothing above x_0, the mean grew without bound as the way became short.
+TEST(Bed, WhatIsLoadedBelowItsFloorKeepsItsEnergyOnItsWayOut) {
+  NormalLaw law;
+  law.bed = std::make_shared<const Bed>(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.02);
+  double slope = 0;
+  for (const double end : {0.0405, 0.0409, 0.04099, 0.0409999, 0.0410001, 0.042}) {
+    const double mean = law.secant(0.041, end, slope);
+    EXPECT_GE(mean, law.force(std::min(0.041, end)) * (1 - 1e-9)) << end;
+    EXPECT_LE(mean, law.force(std::max(0.041, end)) * (1 + 1e-9)) << end;
+    EXPECT_NEAR(mean * (end - 0.041), law.bed->stored(end) - law.bed->stored(0.041), 1e-9 * law.bed->stored(end)) << end;
+  }
+}
+
+/// What held nothing came with the block: its way begins where it lies, and no way makes its mean force greater than its force.
+TEST(Bed, WhatLayUnloadedBeginsItsWayWhereItLies) {
+  NormalLaw law;
+  law.bed = std::make_shared<const Bed>(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.04, true);
+  double slope = 0;
+  EXPECT_EQ(law.secant(0.041, 0.039, slope), 0);
+  for (const double end : {0.0405, 0.0409999, 0.0410001, 0.042}) EXPECT_NEAR(law.secant(0.041, end, slope), law.bed->stored(end) / (end - 0.04), 1e-9 * law.force(end)) << end;
 }
 
 /// Area sunk in below a square face at z = 0, x and y from 0 to 1, by a cube of 0.5 m that lies 0.3 m deep and reaches `over` its rim.
