@@ -51,13 +51,16 @@ class StructureFrames {
   StructureFrames(ReportData& d, std::size_t index, const std::string& name, const std::vector<double>& time) : d_(d), index_(index), name_(name), time_(time) {}
 
   json gather(std::size_t budget) {
-    const std::vector<std::size_t> picked = time_.empty() ? std::vector<std::size_t>{} : pick_frames(time_, frames_within(budget), d_.windows);
+    const bool with_bars = !time_.empty() && d_.file.exists(path(0, "bar_strain"));
+    const std::vector<std::size_t> picked = pick(with_bars ? budget / 2 : budget, skin_bytes());
+    const std::vector<std::size_t> of_bars = with_bars ? pick(budget / 2, bar_bytes()) : std::vector<std::size_t>{};
     for (const std::size_t k : picked) extend_ranges(k);
+    for (const std::size_t k : of_bars) extend_ranges(k);
     for (const std::size_t k : picked)
       if (d_.file.exists(path(k, "hexes"))) add(k);
     json item = {{"name", name_}, {"epochs", epochs_}, {"frames", frames_}, {"displacement_max", displacement_max_}, {"stress_max", stress_max_}, {"crack_max", crack_max_}};
-    if (!picked.empty() && d_.file.exists(path(picked[0], "bar_strain")))
-      item["bars"] = bars(d_, fmt::format("structure_{}_bars", index_), [&](std::size_t k, const char* what) { return path(k, what); }, picked, time_, displacement_max_);
+    if (!of_bars.empty())
+      item["bars"] = bars(d_, fmt::format("structure_{}_bars", index_), [&](std::size_t k, const char* what) { return path(k, what); }, of_bars, time_, displacement_max_);
     return item;
   }
 
@@ -71,16 +74,30 @@ class StructureFrames {
 
   std::string path(std::size_t frame, const char* what) const { return fmt::format("/fields/{:06}/structures/{}/{}", frame, safe_name(name_), what); }
 
-  /// How much a frame takes decides how many there may be.
-  std::size_t frames_within(std::size_t budget) const {
-    std::size_t bytes = 1;
-    if (d_.file.exists(path(0, "hexes"))) {
-      const Skin k = skin(d_.file.read<std::int32_t>(path(0, "hexes")).values);
-      bytes = k.quads.size() * 6 + k.quads.size() * 3;
-      if (d_.file.exists(path(0, "bar_points"))) bytes += d_.file.dims(path(0, "bar_points"))[0] * 6 + d_.file.dims(path(0, "bars"))[0] * 2;
-    }
-    return std::clamp<std::size_t>(budget / std::max<std::size_t>(1, bytes), 2, 800);
+  /// How much a frame takes decides how many there may be; most of them around impacts and while cells are lost.
+  std::vector<std::size_t> pick(std::size_t budget, std::size_t bytes) const {
+    if (time_.empty()) return {};
+    Windows windows = d_.windows;
+    const std::size_t last = time_.size() - 1;
+    std::size_t from = 0, to = last;
+    while (from < last && cells(from + 1) == cells(0)) ++from;
+    while (to > from && cells(to - 1) == cells(last)) --to;
+    if (to > from) windows.emplace_back(time_[from], time_[to]);
+    return pick_frames(time_, std::clamp<std::size_t>(budget / std::max<std::size_t>(1, bytes), 2, 800), windows);
   }
+
+  std::size_t cells(std::size_t k) const { return d_.file.exists(path(k, "hexes")) ? d_.file.dims(path(k, "hexes"))[0] : 0; }
+
+  /// Of a frame of the skin, in the mean: what has lost cells takes less.
+  std::size_t skin_bytes() const {
+    if (time_.empty() || cells(0) == 0) return 0;
+    double sum = 0;
+    for (std::size_t k = 0; k < time_.size(); ++k) sum += static_cast<double>(cells(k));
+    const double whole = 9.0 * static_cast<double>(skin(d_.file.read<std::int32_t>(path(0, "hexes")).values).quads.size());
+    return static_cast<std::size_t>(whole * sum / (static_cast<double>(time_.size()) * static_cast<double>(cells(0))));
+  }
+
+  std::size_t bar_bytes() const { return d_.file.dims(path(0, "bar_points"))[0] * 6 + d_.file.dims(path(0, "bars"))[0] * 2; }
 
   void extend_ranges(std::size_t k) {
     const auto extend = [&](const char* what, float& most) {
