@@ -177,7 +177,7 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
   if (std::abs(last_.algorithmic) > allowed * scale && kinetic_peak_ > least * mass)
     list.push_back(fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy ({}), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
-                               "not resolve (energy.algorithmic). Set a lower simulation.accuracy; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
+                               "not resolve (energy.algorithmic). Set a lower simulation.accuracy, or a shorter simulation.step where steps are fixed; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
                                last_.algorithmic > 0 ? "took" : "made", engineering(std::abs(last_.algorithmic), "J"), 100 * std::abs(last_.algorithmic) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_));
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
