@@ -62,10 +62,10 @@ double IslandStepper::project(double h) {
   find(h);
   keep_late_overlaps();
   double deepest = deepest_touch();
-  // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, all of it.
+  // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of that.
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
   if (deepest <= shows) return deepest;
-  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;   // so much is as good as none
+  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
