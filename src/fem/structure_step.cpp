@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "fem/material_simd.hpp"
@@ -225,9 +226,16 @@ void FemStructure::explicit_steps(double t, double duration) {
   time_ = t + duration;
 }
 
+namespace {
+
+/// Whether anything moved since the preload, which is gravity alone, by the largest kinetic energy so far.
+bool has_moved(double kinetic, double stored) { return kinetic > 1e-14 * std::abs(stored); }
+
+}  // namespace
+
 bool FemStructure::undisturbed(double t, double duration) const {
   if (!still_) return false;
-  const bool moved_before = reference_kinetic_ > 1e-14 * std::abs(stored_half_);
+  const bool moved_before = has_moved(reference_kinetic_, stored_half_);
   const double since = moved_before ? still_since_ : 0;
   if (moved_before && t - since < settling_time()) return false;
   for (const PatchLoad& load : loads_) {
@@ -249,7 +257,7 @@ bool FemStructure::quiet() const {
   for (const PatchLoad& load : loads_)
     if (!load.history.empty() && time_ < load.history.back().first) return false;
   if (!still_) return false;
-  if (reference_kinetic_ <= 1e-14 * std::abs(stored_half_)) return true;
+  if (!has_moved(reference_kinetic_, stored_half_)) return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) { return load.factor(time_) == 0; });
   // Kinetic energy also vanishes at a turning point: it has to stay small for half a period (or many steps, if that is unknown).
   return time_ - still_since_ >= settling_time();
 }

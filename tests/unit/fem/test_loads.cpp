@@ -29,3 +29,28 @@ TEST(PatchLoads, TakeTheAreaInsideTheRegionWhereverTheEdgesLie) {
     EXPECT_LT(moment.norm(), 1e-4 * force.x()) << margin;
   }
 }
+
+// A pier that stands under its weight is not at rest under a load that is there from the start, with or without a history: it swings to twice the static deflection.
+TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
+  using History = std::vector<std::pair<double, double>>;
+  for (const History& history : {History{}, History{{0, 1}}, History{{0, 0}}}) {
+    StructureSpec s = cantilever(2, 16);
+    s.gravity_preload = true;
+    StructureSpec::Load load;
+    load.region = Box3(Vec3(-0.76, -0.8, 11), Vec3(-0.74, 0.8, 12));
+    load.traction = Vec3(1e5, 0, 0);
+    load.history = history;
+    s.loads.push_back(load);
+    FemStructure pier(s, Vec3(0, 0, -9.81), silent);
+    const bool pushed = history.empty() || history[0].second != 0;
+    EXPECT_EQ(pier.quiet(), !pushed) << history.size();
+    if (!pushed) continue;
+    double most = 0;
+    for (int k = 0; k < 20; ++k) {   // half a period is 0.081 s
+      pier.advance_alone(0.01 * k, 0.01);
+      most = std::max(most, pier.probe_displacements()[0].x());
+    }
+    const double bending = 33.55e9 * std::pow(1.5, 4) / 12, at_rest = 1.5e5 * 11.5 * 11.5 * (3 * 12 - 11.5) / (6 * bending);   // of the top under a force at 11.5 m
+    EXPECT_NEAR(most, 2 * at_rest, 0.2 * at_rest);
+  }
+}
