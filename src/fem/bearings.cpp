@@ -78,7 +78,11 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     p.normal_stiffness = 100 * plan.bearing_stiffness * share;
     p.friction = plan.bearing_friction;
     p.seat_length = plan.bearing_seat;
-    for (const Site& s : found) sites_.push_back(s), law_.emplace_back(p);
+    for (const Site& s : found) {
+      const double y = std::clamp(mesh.local[s.deck_node].y(), cap.box.min().y(), cap.box.max().y());
+      p.seat_across = {cap.box.min().y() - y, cap.box.max().y() - y};
+      sites_.push_back(s), law_.emplace_back(p);
+    }
   }
   old_.resize(sites_.size());
   next_ = old_;

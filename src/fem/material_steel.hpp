@@ -15,10 +15,11 @@
 ///   good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8 mm, 3.6 mm; s_3 = rib spacing
 ///   unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
 ///
-/// Bearing: N = k_n max(0, delta); horizontal k_t (u - u_p) with |T| <= mu N; once |u| along the seat exceeds its length the deck has
-/// lost its support there and the bearing carries nothing any more.
+/// Bearing: N = k_n max(0, delta); horizontal k_t (u - u_p) with |T| <= mu N; once |u| along the seat exceeds its length, or the deck is off
+/// the cap beam's end across, it has lost its support there and the bearing carries nothing any more.
 #pragma once
 #include <array>
+#include <cmath>
 #include <string>
 
 namespace talus::material {
@@ -93,8 +94,8 @@ class Bearing {
     double normal_stiffness = 1e9;      ///< [N/m]
     double shear_stiffness = 1e7;       ///< [N/m]
     double friction = 0.3;
-    double seat_length = 0.5;           ///< travel along the first axis before the deck falls off [m]
-    double seat_width = 0;              ///< the same across; 0: guided or wide enough
+    double seat_length = 0.5;           ///< travel along the first axis, either way, before the deck falls off [m]
+    std::array<double, 2> seat_across{-INFINITY, INFINITY};  ///< travel across within which it has the cap beam below it [m]
   };
   struct State {
     std::array<double, 2> slip{};  ///< plastic part of the horizontal displacement [m]

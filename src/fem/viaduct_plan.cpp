@@ -21,6 +21,11 @@ struct Measures {
   double top;  // lower side of the cap beams, body axes
   bool abutments, round, levelled;
   double bearing_height, bearing_stiffness, bearing_friction, bearing_seat;
+
+  /// Gap between the ends of two decks.
+  double joint() const { return std::min(0.05, 0.2 * cap_x); }
+  /// How far a deck reaches over a cap beam.
+  double rest() const { return 0.5 * (cap_x - joint()); }
 };
 
 class Given {
@@ -62,6 +67,8 @@ void check(const StructureSpec& spec, const Measures& m) {
   if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y))) bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier", "give the thickness of the wall");
   if (m.round && m.pier_x != m.pier_y) bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter", "give diameter alone");
   if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)), "the cap beam must be a tenth wider than a round pier", fmt::format("at least {:g} m", 1.1 * m.pier_x));
+  if (m.length <= m.cap_x + m.joint()) bad(spec, "span_length", fmt::format("{:g} m", m.length), "neighbouring cap beams overlap", fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
+  if (m.bearing_seat > m.rest()) bad(spec, "bearing_seat", fmt::format("{:g} m", m.bearing_seat), fmt::format("a deck's end rests on {:.3g} m of the cap beam (half its width less half the joint)", m.rest()), "a shorter seat, or a larger cap_width");
   if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
 }
 
@@ -89,7 +96,7 @@ Measures measures_of(const StructureSpec& spec) {
   m.bearing_height = given.number("bearing_height", 0.1, 0.001);
   m.bearing_stiffness = given.number("bearing_stiffness", 1e7, 1);
   m.bearing_friction = given.number("bearing_friction", 0.3, 0);
-  m.bearing_seat = given.number("bearing_seat", 0.5, 0.001);
+  m.bearing_seat = given.number("bearing_seat", std::min(0.5, m.rest()), 0.001);
   m.levelled = given.has("deck_level") && !given.has("pier_height");
   check(spec, m);
   m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height - m.cap_z : given.number("pier_height", 10, 0.1);
@@ -173,7 +180,7 @@ class Layout {
   }
 
   void add_span(int s) {
-    const double joint = std::min(0.05, 0.2 * m_.cap_x);
+    const double joint = m_.joint();
     const double x0 = support_x(s) + joint / 2, x1 = support_x(s + 1) - joint / 2;
     ViaductPlan::Part part;
     part.deck = s;

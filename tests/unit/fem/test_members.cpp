@@ -220,4 +220,16 @@ TEST(ViaductShapes, MeasuresThatDoNotFitAreErrors) {
   for (auto& [key, value] : narrow.parameters)
     if (key == "cap_width") value = 1.65;
   EXPECT_THROW(FemStructure(narrow, Vec3::Zero(), silent), InputError);
+  // A deck's end rests on half of the cap beam less half of the joint of 5 cm: 0.975 m of 2 m.
+  for (const double seat : {0.97, 0.98}) {
+    StructureSpec long_seat = viaduct({{"bearing_seat", seat}});
+    for (auto& [key, value] : long_seat.parameters)
+      if (key == "cap_width") value = 2.0;
+    if (seat < 0.975) EXPECT_NO_THROW(viaduct_plan(long_seat));
+    else EXPECT_THROW(viaduct_plan(long_seat), InputError);
+  }
+  StructureSpec close = viaduct({});   // cap beams of 2 m every 2 m
+  for (auto& [key, value] : close.parameters)
+    if (key == "cap_width" || key == "span_length") value = 2.0;
+  EXPECT_THROW(viaduct_plan(close), InputError);
 }

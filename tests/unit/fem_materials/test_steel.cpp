@@ -149,6 +149,13 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   EXPECT_EQ(r.normal, 0);
   EXPECT_EQ(state.lost, 1);
   EXPECT_EQ(law(1e-3, {0, 0}, state, state).normal, 0);  // it does not climb back
+  p.seat_across = {-0.2, 0.5};   // the cap beam's ends
+  const Bearing near_an_end(p);
+  state = {};
+  EXPECT_GT(near_an_end(1e-3, {0, 0.49}, state, state).normal, 0);
+  EXPECT_GT(near_an_end(1e-3, {0, -0.19}, state, state).normal, 0);
+  EXPECT_EQ(near_an_end(1e-3, {0, -0.21}, state, state).normal, 0);
+  EXPECT_EQ(state.lost, 1);
   p.seat_length = 0;
   EXPECT_THROW(Bearing{p}, InputError);
 }
