@@ -17,7 +17,10 @@ long whole(const Reader& in, double x) {
 
 void add_node(const Reader& in, Draft& mesh, long tag, const Vec3& x) {
   if (!x.allFinite()) in.fail(in.text(), "coordinates must be finite numbers", "correct the node");
-  mesh.number[tag] = static_cast<int>(mesh.nodes.size());
+  const auto [at, fresh] = mesh.number.try_emplace(tag, static_cast<int>(mesh.nodes.size()));
+  if (!fresh && mesh.nodes[static_cast<std::size_t>(at->second)] != x)
+    in.fail(in.text(), fmt::format("node {} was given another place above", tag), "number the nodes of all parts through, or save one part to a file");
+  if (!fresh) return;
   mesh.nodes.push_back(x);
 }
 

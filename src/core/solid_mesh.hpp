@@ -20,6 +20,8 @@ struct SolidMesh {
   std::vector<std::array<int, 8>> hexes;      // VTK order, which Gmsh and Abaqus share
   std::vector<std::array<int, 4>> tets;
   std::map<std::string, std::set<int>> groups;  // name -> indices of nodes
+  std::vector<long> hex_numbers, tet_numbers;   // of each cell in the file, for messages
+  std::map<std::string, int> without_volume;    // type -> number of lines and surfaces, which only name groups
 };
 
 /// True for the endings .msh and .inp, in any case.

@@ -33,6 +33,7 @@ class AbaqusFile {
       if (line[0] == '*') keyword(f);
       else if (keyword_ == "*NODE") node(f);
       else if (keyword_ == "*ELEMENT") element(f);
+      else if (keyword_ == "*INSTANCE") placement(f);
       else if ((keyword_ == "*NSET" || keyword_ == "*ELSET") && !set_.empty()) set(f);
     }
     return std::move(mesh_);
@@ -68,6 +69,7 @@ class AbaqusFile {
                                                          {"CPS4R", 4}, {"S4", 4}, {"S4R", 4}, {"M3D4", 4}, {"SFM3D3", 3}, {"SFM3D4", 4}};
     const auto named = flat.find(type);
     solid_ = named == flat.end();
+    type_ = type;
     if (!solid_) wanted_ = named->second;
     else if (type.rfind("C3D8", 0) == 0) wanted_ = 8;
     else if (type == "C3D4") wanted_ = 4;
@@ -97,12 +99,23 @@ class AbaqusFile {
       std::array<int, 8> hex{};
       std::copy(nodes.begin(), nodes.end(), hex.begin());
       mesh_.hexes.push_back(hex);
+      mesh_.hex_numbers.push_back(pending_[0]);
     } else if (solid_) {
       mesh_.tets.push_back({nodes[0], nodes[1], nodes[2], nodes[3]});
+      mesh_.tet_numbers.push_back(pending_[0]);
+    } else {
+      ++mesh_.without_volume[type_];
     }
     if (!set_.empty()) mesh_.groups[set_].insert(nodes.begin(), nodes.end());
     element_nodes_[pending_[0]] = nodes;
     pending_.clear();
+  }
+
+  /// What moves or turns an instance of a part.
+  void placement(const std::vector<std::string>& f) const {
+    for (const std::string& s : f)
+      if (!s.empty() && std::strtod(s.c_str(), nullptr) != 0)
+        in_.fail(in_.text(), "instances are read where their part stands, this one is moved", "write the mesh flat (no parts and instances), with the nodes where they belong");
   }
 
   void set(const std::vector<std::string>& f) {
@@ -139,7 +152,7 @@ class AbaqusFile {
 
   Reader in_;
   Draft mesh_;
-  std::string keyword_, set_;
+  std::string keyword_, type_, set_;
   bool generate_ = false, solid_ = true;
   std::size_t wanted_ = 0;
   std::vector<long> pending_;                                 // numbers of an element that is not yet complete

@@ -26,8 +26,10 @@ void add_gmsh_element(const Reader& in, Draft& mesh, int type, const std::vector
     std::array<int, 8> hex{};
     std::copy(node.begin(), node.end(), hex.begin());
     mesh.hexes.push_back(hex);
+    mesh.hex_numbers.push_back(tags[0]);
   } else if (type == 4) {
     mesh.tets.push_back({node[0], node[1], node[2], node[3]});
+    mesh.tet_numbers.push_back(tags[0]);
   }
 }
 

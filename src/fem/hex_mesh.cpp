@@ -175,27 +175,75 @@ Mat3 point_jacobian(const HexMesh& mesh, int cell, int q) {
   return jacobian_by(mesh, cell, at_points[q]);
 }
 
-void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file) {
-  std::vector<Problem> problems;
-  const auto add = [&](int cell, const std::string& value, const std::string& rule, const std::string& remedy) {
-    if (problems.size() >= 20) return;
+std::string cell_name(const HexMesh& mesh, int cell) {
+  if (mesh.number.empty()) return fmt::format("cell {}", cell + 1);
+  const long number = mesh.number[static_cast<std::size_t>(cell)];
+  return number < 0 ? fmt::format("cell {} (tetrahedron)", -number) : fmt::format("cell {}", number);
+}
+
+namespace {
+
+/// Problems of cells, the first twenty, each cell of a file once.
+class CellProblems {
+ public:
+  CellProblems(const HexMesh& mesh, const std::string& key, const std::string& file) : mesh_(mesh), key_(key), file_(file) {}
+  void add(int cell, const std::string& value, const std::string& rule, const std::string& remedy) {
     Problem p;
-    p.file = file;
-    p.key = fmt::format("{}: cell {}", key, cell + 1);
+    p.file = file_;
+    p.key = key_ + ": " + cell_name(mesh_, cell);
     p.value = value;
     p.rule = rule;
     p.remedy = remedy;
-    problems.push_back(p);
-  };
+    if (problems_.size() < 20 && (problems_.empty() || problems_.back().key != p.key)) problems_.push_back(p);
+  }
+  void raise() const {
+    if (!problems_.empty()) throw InputError(problems_);
+  }
+
+ private:
+  const HexMesh& mesh_;
+  const std::string& key_;
+  const std::string& file_;
+  std::vector<Problem> problems_;
+};
+
+double shortest_edge(const HexMesh& mesh, int cell) {
+  static constexpr int ends[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+  const auto& hex = mesh.hexes[static_cast<std::size_t>(cell)];
+  double least = INFINITY;
+  for (const auto& [a, b] : ends) least = std::min(least, (mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(a)])] - mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(b)])]).norm());
+  return least;
+}
+
+}  // namespace
+
+void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file) {
+  CellProblems problems(mesh, key, file);
+  const std::vector<FaceKey> faces = sorted_faces(mesh);
+  for (std::size_t i = 0; i + 2 < faces.size(); ++i)
+    if (faces[i].node == faces[i + 2].node)
+      problems.add(faces[i + 2].cell, "the same face as " + cell_name(mesh, faces[i].cell) + " and " + cell_name(mesh, faces[i + 1].cell), "a face has two cells at the most",
+                   "remove cells that are in the mesh twice or lie in one another");
+  problems.raise();
+}
+
+void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file) {
+  CellProblems problems(mesh, key, file);
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
     std::array<int, 8> sorted = mesh.hexes[cell];
     std::sort(sorted.begin(), sorted.end());
     if (std::adjacent_find(sorted.begin(), sorted.end()) != sorted.end()) {
-      add(cell, "", "a hexahedron needs eight different nodes", "wedges and collapsed hexahedra are not supported: remesh with hexahedra or tetrahedra");
+      problems.add(cell, "", "a hexahedron needs eight different nodes", "wedges and collapsed hexahedra are not supported: remesh with hexahedra or tetrahedra");
       continue;
     }
     double longest = 0;
     for (int a = 1; a < 8; ++a) longest = std::max(longest, (mesh.nodes[mesh.hexes[cell][a]] - mesh.nodes[mesh.hexes[cell][0]]).norm());
+    if (!(shortest_edge(mesh, cell) > 1e-6 * longest)) {
+      const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
+      problems.add(cell, fmt::format("near ({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z()), "two nodes of an edge lie in one place: the cell is degenerate",
+                   "remesh there with hexahedra of eight corners or with tetrahedra");
+      continue;
+    }
     double least = INFINITY;
     const TrilinearMap map(mesh, cell);
     for (int q = 0; q < 8; ++q) least = std::min(least, map.jacobian(gauss_point(q)).determinant());
@@ -206,10 +254,10 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
     if (solid && corner >= -1e-9 * scale) continue;
     const Vec3& at = mesh.nodes[mesh.hexes[cell][0]];
     const std::string where = fmt::format("Jacobian {:.3g} m^3 near ({:.4g}, {:.4g}, {:.4g})", std::min(least, corner), at.x(), at.y(), at.z());
-    if (!solid) add(cell, where, "the cell is inverted or has no volume", "give the nodes in the order of the format, or repair the mesh there");
-    else add(cell, where, "the cell folds over at a corner", "repair the mesh there: every corner angle must be below 180 degrees");
+    if (!solid) problems.add(cell, where, "the cell is inverted or has no volume", "give the nodes in the order of the format, or repair the mesh there");
+    else problems.add(cell, where, "the cell folds over at a corner", "repair the mesh there: every corner angle must be below 180 degrees");
   }
-  if (!problems.empty()) throw InputError(problems);
+  problems.raise();
 }
 
 std::vector<double> cell_volumes(const HexMesh& mesh) {

@@ -21,7 +21,12 @@ struct HexMesh {
   std::vector<std::array<int, 8>> hexes;
   std::map<std::string, std::vector<int>> node_groups;  // sorted node numbers
   std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
+  std::vector<long> number;                             // per hex, from a file: its number there, less than 0 for a quarter of a tetrahedron; else empty
+  std::string remark;                                   // of the reader: what the file holds beside its cells
 };
+
+/// How a message names a cell: by its number in the file, or by its place from 1.
+std::string cell_name(const HexMesh& mesh, int cell);
 
 /// A quadrilateral of the skin, outward, with the cell it bounds.
 struct SkinQuad {
@@ -61,8 +66,11 @@ std::array<Vec3, 8> shape_gradients(const Vec3& xi);
 Vec3 gauss_point(int q);
 
 /// Throws InputError for a cell with a Jacobian that is not positive at a point of integration or a corner (relative to its
-/// size), naming the worst cells, and for repeated nodes.
+/// size), naming the first twenty, for repeated nodes, and for nodes of a cell in one place.
 void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file);
+
+/// Throws InputError for faces that more than two cells share: cells that are there twice, or lie in one another.
+void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file);
 
 /// Volume of each cell by its integration points, which is what mass and stiffness use.
 std::vector<double> cell_volumes(const HexMesh& mesh);

@@ -1,5 +1,7 @@
 // A structure's mesh from a file of volume cells: hexahedra as they are, tetrahedra cut into four hexahedra each (at the midpoints of
 // edges, faces and the cell).
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "core/error.hpp"
@@ -27,13 +29,15 @@ void subdivide_tets(SolidMesh& mesh) {
     }
     return at->second;
   };
-  for (const auto& t : mesh.tets) {
+  for (std::size_t k = 0; k < mesh.tets.size(); ++k) {
+    const auto& t = mesh.tets[k];
     const int c = mid({t[0], t[1], t[2], t[3]});
     for (int i = 0; i < 4; ++i) {
       // The corner's three neighbours, counter-clockwise seen from outside for a positive tetrahedron.
       static const int around[4][3] = {{1, 2, 3}, {0, 3, 2}, {0, 1, 3}, {0, 2, 1}};
       const int v = t[i], a = t[around[i][0]], b = t[around[i][1]], d = t[around[i][2]];
       mesh.hexes.push_back({v, mid({v, a}), mid({v, a, b}), mid({v, b}), mid({v, d}), mid({v, a, d}), c, mid({v, b, d})});
+      mesh.hex_numbers.push_back(-mesh.tet_numbers[k]);
     }
   }
   mesh.tets.clear();
@@ -71,6 +75,8 @@ HexMesh read_mesh(const StructureSpec& spec) {
     for (int& n : hex) n = number[n];
     mesh.hexes.push_back(hex);
   }
+  mesh.number = raw.hex_numbers;
+  for (const auto& [type, count] : raw.without_volume) mesh.remark += fmt::format("{}{} {}", mesh.remark.empty() ? "" : ", ", count, type);
   for (const auto& [name, nodes] : raw.groups) {
     auto& list = mesh.node_groups[name];
     for (int n : nodes)

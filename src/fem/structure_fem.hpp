@@ -121,6 +121,7 @@ class FemStructure : public Structure {
   void find_critical_step();
   double first_frequency();
   void preload();
+  void check_supports();
   void warn_of_cracks() const;
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
   std::vector<Spring> springs() const;   // of bearings and bars, for the stiffness

@@ -184,6 +184,7 @@ long FemStructure::elements() const { return std::count(live_.begin(), live_.end
 std::string FemStructure::plan() const {
   std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
                                  kernels().name, kernels().width);
+  if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
   text += spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system

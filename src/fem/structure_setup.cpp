@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/mechanism.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 #include "fem/trilinear.hpp"
@@ -49,6 +50,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
   mesh_ = make_mesh(spec_);
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
+  if (!spec_.file.empty()) check_faces(mesh_, "structure." + spec_.name, spec_.file);
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
@@ -70,6 +72,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     f_visc_.assign(4 * n, 0.0);
   }
   if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
+  check_supports();
   find_critical_step();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
@@ -87,6 +90,21 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
 }
 
 FemStructure::~FemStructure() = default;
+
+/// What hangs on supports must be held by them wherever a static solution is asked for; elsewhere a part may swing, hence rotate.
+void FemStructure::check_supports() {
+  if (supports_.nodes.empty()) return;
+  const std::optional<LoosePart> loose = loose_part(mesh_, supports_, springs());
+  if (!loose) return;
+  finite_ = true;
+  const bool weighs = spec_.gravity_preload && gravity_.norm() > 0;
+  if (!weighs && !(spec_.damping_ratio > 0)) return;
+  const Vec3 at = mesh_.nodes[static_cast<std::size_t>(mesh_.hexes[static_cast<std::size_t>(loose->first)][0])];
+  const std::string part = loose->cells == static_cast<int>(mesh_.hexes.size()) ? "the structure" : fmt::format("a part of {} cells, {} near ({:.4g}, {:.4g}, {:.4g}) and others", loose->cells, cell_name(mesh_, loose->first), at.x(), at.y(), at.z());
+  const std::string wanted = weighs ? "preload = \"none\" if it is meant to move" : "no damping_ratio if it is meant to move";
+  if (loose->held) bad(spec_, "support", part, "its supports leave it free to " + loose->motion, "hold more nodes or directions, or write " + wanted);
+  bad(spec_, "support", part, "nothing holds it: it shares no node with a part that is held", "merge the nodes of the mesh that lie in one place, or hold this part too");
+}
 
 void FemStructure::set_masses() {
   const std::size_t n = mesh_.nodes.size();

@@ -1,0 +1,103 @@
+// Mesh files that are read but cannot stand: what is wrong is named by the file's own numbers.
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "core/error.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+
+constexpr const char* sixteen_nodes =   // of two cubes, the second 3 m aside, numbered from 101 on
+    "*NODE\n101,0,0,0\n102,1,0,0\n103,1,1,0\n104,0,1,0\n105,0,0,1\n106,1,0,1\n107,1,1,1\n108,0,1,1\n"
+    "109,3,0,0\n110,4,0,0\n111,4,1,0\n112,3,1,0\n113,3,0,1\n114,4,0,1\n115,4,1,1\n116,3,1,1\n";
+constexpr const char* first_cell = "*ELEMENT, TYPE=C3D8\n701,101,102,103,104,105,106,107,108\n";
+
+StructureSpec from_text(const std::string& text) {
+  StructureSpec s;
+  s.name = "M";
+  s.kind = "mesh";
+  s.young = 30e9;
+  s.poisson = 0.2;
+  s.density = 2500;
+  s.file = std::string(TALUS_BINARY_DIR) + "/bad_mesh_" + testing::UnitTest::GetInstance()->current_test_info()->name() + ".inp";   // tests run side by side
+  std::ofstream(s.file) << text;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  return s;
+}
+
+/// The first problem that building the structure reports, as text.
+std::string refused(const StructureSpec& s) {
+  try {
+    FemStructure body(s, Vec3(0, 0, -9.81), silent);
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return "accepted";
+}
+
+void expect_in(const std::string& text, std::initializer_list<const char*> parts) {
+  for (const char* part : parts) EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+}
+
+}  // namespace
+
+TEST(BadMesh, NodesOfACellInOnePlace) {
+  // A wedge written as a hexahedron: node 104 lies on node 101.
+  std::string text = std::string(sixteen_nodes) + first_cell;
+  text.replace(text.find("104,0,1,0"), 9, "104,0,0,0");
+  expect_in(refused(from_text(text)), {"cell 701", "degenerate"});
+}
+
+TEST(BadMesh, CellsThatAreThereTwice) {
+  const std::string text = std::string(sixteen_nodes) + first_cell + "702,102,103,104,101,106,107,108,105\n703,101,102,103,104,105,106,107,108\n";
+  expect_in(refused(from_text(text)), {"cell 703", "cell 701", "cell 702", "two cells at the most"});
+}
+
+TEST(BadMesh, TetrahedraByTheirNumberInTheFile) {
+  const std::string text = std::string(sixteen_nodes) + "*ELEMENT, TYPE=C3D4\n801,101,102,104,105\n802,103,102,104,107\n";
+  expect_in(refused(from_text(text)), {"cell 802 (tetrahedron)", "inverted"});
+}
+
+TEST(BadMesh, ANodeThatIsGivenTwoPlaces) {
+  expect_in(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0.5\n" + first_cell)), {"node 103", ":18"});
+  EXPECT_EQ(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0\n" + first_cell)), "accepted");
+}
+
+TEST(BadMesh, InstancesThatAreMoved) {
+  const std::string part = std::string("*PART, NAME=P\n") + sixteen_nodes + first_cell + "*END PART\n*INSTANCE, NAME=I, PART=P\n";
+  expect_in(refused(from_text(part + "0, 0, 5\n*END INSTANCE\n")), {"0, 0, 5", "moved"});
+  EXPECT_EQ(refused(from_text(part + "0, 0, 0\n*END INSTANCE\n")), "accepted");
+}
+
+TEST(BadMesh, LinesAndSurfacesAreSaidToCarryNothing) {
+  const FemStructure body(from_text(std::string(sixteen_nodes) + first_cell + "*ELEMENT, TYPE=B31\n901,101,102\n902,102,103\n*ELEMENT, TYPE=S4\n903,101,102,103,104\n"), Vec3(0, 0, -9.81), silent);
+  expect_in(body.plan(), {"2 B31, 1 S4", "carry nothing"});
+}
+
+// A second cube that shares no node with the first, its nodes not at the lowest level: nothing holds it. Moved down to it, both stand.
+TEST(BadMesh, PartsThatNothingHolds) {
+  std::string text = std::string(sixteen_nodes) + first_cell + "702,109,110,111,112,113,114,115,116\n";
+  EXPECT_EQ(refused(from_text(text)), "accepted");
+  for (const char* low : {"109,3,0,0", "110,4,0,0", "111,4,1,0", "112,3,1,0"}) text.replace(text.find(low) + 8, 1, "0.5");
+  expect_in(refused(from_text(text)), {"support", "1 cells", "cell 702", "shares no node"});
+}
+
+// Held along a line it turns about it, in a point about any axis, on rollers it moves along them; what swings without preload is free to.
+TEST(BadMesh, SupportsThatLeaveAMotion) {
+  StructureSpec s = from_text(std::string(sixteen_nodes) + first_cell);
+  s.supports[0] = {"", "", Box3(Vec3(0, 0, 0), Vec3(1, 0, 0)), {true, true, true}};
+  expect_in(refused(s), {"turn about an axis along [1, 0, 0]"});
+  s.supports[0].region = Box3(Vec3(0, 0, 0), Vec3(0, 0, 0));
+  expect_in(refused(s), {"turn about an axis"});
+  s.supports[0] = {"-z", "", {}, {false, true, true}};
+  expect_in(refused(s), {"move along [1, 0, 0]"});
+  s.gravity_preload = false;
+  EXPECT_EQ(refused(s), "accepted");
+  s.damping_ratio = 0.02;
+  expect_in(refused(s), {"move along [1, 0, 0]", "damping_ratio"});
+}
