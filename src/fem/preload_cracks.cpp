@@ -1,7 +1,9 @@
-// Concrete without bars that its own weight stretches beyond its strength.
+// Concrete that the permanent load, weight and prestress, stretches or presses beyond its strength.
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
+
+#include <algorithm>
 
 #include "fem/structure_fem.hpp"
 
@@ -21,32 +23,54 @@ Mat3 FemStructure::strain_at_centre(int cell) const {
   return strain;
 }
 
-/// A warning if more than a thousandth of the volume hosts no bar and is stretched beyond f_t by the permanent load, elastically computed.
+namespace {
+
+/// Where a permanent stress is beyond a strength: by how much volume, and worst where.
+struct Beyond {
+  double volume = 0, most = 0;   // [m^3], [Pa]
+  int worst = -1;
+
+  void look(double stress, double strength, double of, int cell) {
+    if (stress > strength) volume += of;
+    if (stress > most) most = stress, worst = cell;
+  }
+};
+
+}  // namespace
+
+/// Warnings if more than a thousandth of the volume is, by the permanent load, elastically computed, stretched beyond f_t where it hosts no bar, or pressed
+/// beyond f_cm along one axis alone (pressure from the sides, which helps, is taken off).
 void FemStructure::warn_of_cracks() const {
   constexpr double worth_saying = 1e-3;
   std::vector<char> barred(mesh_.hexes.size(), 0);
   if (bars_)
     for (std::size_t k = 0; k < bars_->segments(); ++k) barred[static_cast<std::size_t>(bars_->host(k))] = 1;
-  double stretched = 0, whole = 0, most = 0;
-  int worst = -1;
+  Beyond tension, compression;
+  double whole = 0;
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
     const double volume = cell_mass_[static_cast<std::size_t>(cell)] / spec_.density;
     whole += volume;
-    if (barred[static_cast<std::size_t>(cell)]) continue;
     const Mat3 strain = strain_at_centre(cell);
     const Mat3 stress = 2 * shear_ * strain + (bulk_ - 2.0 / 3 * shear_) * strain.trace() * Mat3::Identity();
     Eigen::SelfAdjointEigenSolver<Mat3> principal;
     principal.computeDirect(stress, Eigen::EigenvaluesOnly);
-    const double tension = principal.eigenvalues()[2];
-    if (tension > concrete_->f_t) stretched += volume;
-    if (tension > most) most = tension, worst = cell;
+    const Vec3 sigma = principal.eigenvalues();   // rising
+    if (!barred[static_cast<std::size_t>(cell)]) tension.look(sigma[2], concrete_->f_t, volume, cell);
+    compression.look(std::min(sigma[2], 0.0) - sigma[0], concrete_->f_cm, volume, cell);
   }
-  if (stretched < worth_saying * whole) return;
-  Vec3 at = Vec3::Zero();
-  for (const int node : mesh_.hexes[static_cast<std::size_t>(worst)]) at += mesh_.nodes[static_cast<std::size_t>(node)] / 8;
-  report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, at ({:.3g}, {:.3g}, {:.3g})) and cracks as "
-                      "the run begins; give it bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
-                      100 * stretched / whole, concrete_->f_t / 1e6, most / 1e6, at.x(), at.y(), at.z()));
+  const auto where = [&](int cell) {
+    Vec3 at = Vec3::Zero();
+    for (const int node : mesh_.hexes[static_cast<std::size_t>(cell)]) at += mesh_.nodes[static_cast<std::size_t>(node)] / 8;
+    return fmt::format("({:.3g}, {:.3g}, {:.3g})", at.x(), at.y(), at.z());
+  };
+  if (tension.volume >= worth_saying * whole)
+    report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, at {}) and cracks as the run begins; give it "
+                        "bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
+                        100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, where(tension.worst)));
+  if (compression.volume >= worth_saying * whole)
+    report_(fmt::format("warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to {:.3g} MPa, at {}) and is crushed as the run begins; larger sections, or less "
+                        "prestress",
+                        100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, where(compression.worst)));
 }
 
 }  // namespace talus::fem

@@ -191,12 +191,14 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
   if (!problems.empty()) throw InputError(problems);
 
   std::vector<std::array<double, 2>> at;
+  double apart = 0;   // axes of neighbours
   if (m.section == Member::Section::round) {
     const double r = 0.5 * m.width - inset;
     for (int i = 0; i < rule.bars; ++i) {
       const double angle = 2 * 3.14159265358979323846 * i / rule.bars;
       at.push_back({r * std::cos(angle), r * std::sin(angle)});
     }
+    apart = 2 * r * std::sin(3.14159265358979323846 / rule.bars);
   } else {
     // Corners first; the rest goes to the sides in opposite pairs, always where the spacing is widest; an odd one to the -y side.
     const double a = m.width - 2 * inset, b = m.depth - 2 * inset;
@@ -212,6 +214,7 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
       left -= 2;
     }
     along_x[0] += left;
+    apart = std::min(a / (along_x[0] + 1), b / (along_y + 1));
     for (const double sx : {-0.5, 0.5})
       for (const double sy : {-0.5, 0.5}) at.push_back({sx * a, sy * b});
     for (int side = 0; side < 2; ++side)
@@ -219,6 +222,8 @@ std::vector<Bar> longitudinal_bars(const Member& m, const LongitudinalRule& rule
     for (const double sx : {-0.5, 0.5})
       for (int i = 1; i <= along_y; ++i) at.push_back({sx * a, b * (double(i) / (along_y + 1) - 0.5)});
   }
+  if (apart < rule.diameter)
+    throw InputError(problem("", 0, 0, key + ".bars", fmt::format("{}", rule.bars), fmt::format("bars of {:.3g} mm would lie {:.3g} mm apart, one in another", 1e3 * rule.diameter, 1e3 * apart), "fewer bars, or thinner ones"));
   const double end = std::min(rule.cover, 0.25 * m.length);
   std::vector<Bar> bars;
   for (std::size_t i = 0; i < at.size(); ++i) {

@@ -307,6 +307,26 @@ TEST(ConcreteInput, PlainConcreteThatItsWeightCracksIsWarnedOf) {
   }
 }
 
+/// A column of area 0.04 m^2 that four bars of 40 mm at 900 MPa press with 4.52 MN: 113 MPa less what it shortens, against f_cm = 30 MPa; with 90 MPa a tenth.
+TEST(ConcreteInput, PrestressThatCrushesIsWarnedOf) {
+  for (const double prestress : {90e6, 900e6}) {
+    StructureSpec s = cube("concrete");
+    s.kind = "column";
+    s.position = Vec3::Zero();
+    s.size = Vec3(0.2, 0.2, 1);
+    s.cells = {2, 2, 10};
+    s.gravity_preload = true;
+    s.supports.assign(1, {});
+    s.supports[0].face = "-z";
+    s.rebar_rules.assign(1, {});
+    StructureSpec::RebarRule& bars = s.rebar_rules[0];
+    bars.kind = "longitudinal", bars.bars = 4, bars.diameter = 0.040, bars.cover = 0.02, bars.yield = 1600e6, bars.prestress = prestress;
+    bool warned = false;
+    const FemStructure column(s, Vec3(0, 0, -9.81), [&](const std::string& line) { warned = warned || line.find("is pressed beyond f_cm") != std::string::npos; });
+    EXPECT_EQ(warned, prestress > 500e6) << prestress;
+  }
+}
+
 TEST(ConcreteInput, ManyBarsOutsideAreCounted) {
   const std::string path = std::string(TALUS_BINARY_DIR) + "/many_outside_bars.csv";
   std::ofstream bars(path);

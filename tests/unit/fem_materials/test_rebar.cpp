@@ -107,6 +107,20 @@ TEST(RebarRules, RoundSectionAndErrors) {
   EXPECT_THROW(stirrups(m, {0.012, 0.05, 0, {}}), InputError);
 }
 
+// 2 r sin(pi / n) apart on a circle of r = 0.524 m: 0.0284 m for 116 bars, 0.0279 m for 118.
+TEST(RebarRules, BarsDoNotLieInOneAnother) {
+  Member m;
+  m.section = Member::Section::round;
+  m.width = 1.2;
+  m.length = 10;
+  EXPECT_NO_THROW(longitudinal_bars(m, {116, 0.028, 0.05, 0.012, {}}));
+  EXPECT_THROW(longitudinal_bars(m, {118, 0.028, 0.05, 0.012, {}}), InputError);
+  m.section = Member::Section::rectangular;   // sides of 0.9 m between the outer bars: 22 gaps of 40.9 mm each, and 23 of 39.1 mm
+  m.width = m.depth = 1.04;
+  EXPECT_NO_THROW(longitudinal_bars(m, {4 * 22, 0.040, 0.05, 0, {}}));
+  EXPECT_THROW(longitudinal_bars(m, {4 * 23, 0.040, 0.05, 0, {}}), InputError);
+}
+
 struct Mesh {
   std::vector<Vec3> nodes;
   std::vector<std::array<int, 8>> hexes;
