@@ -192,8 +192,8 @@ class Structure {
   virtual std::vector<BarLine> bars() const { return {}; }   // of files and rules
   virtual long dofs() const = 0;
   virtual long elements() const = 0;
-  /// What stepping may hold beyond what stands now, at most [bytes]: factors, columns, modes, history of laws.
-  virtual double memory_of_steps() { return 0; }
+  /// What stepping for `duration` [s] may hold beyond what stands now, at most [bytes]: factors, columns, modes, history of laws.
+  virtual double memory_of_steps(double /*duration*/) { return 0; }
   virtual std::string plan() const = 0;                   // what is computed and what is left out, one line per fact
 
   /// Parts that lost their support since the last call; their mass has left the structure.

@@ -40,13 +40,33 @@ void orthonormalise(const MatX& basis, int size, const Eigen::Map<const VecX>& m
 
 }  // namespace
 
-int largest_search(int count) { return 6 * count + 60 + 4 * block_size; }   // the basis, and blocks beside it
+namespace {
 
-ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count) {
+/// Puts the Ritz vectors of the `kept` largest values in place of the basis; what leads out of it is still the block that comes next.
+void keep_best(MatX& basis, int size, MatX& projected, const Eigen::SelfAdjointEigenSolver<MatX>& eigen, int kept) {
+  const MatX chosen = eigen.eigenvectors().rightCols(kept);
+  constexpr int rows_at_once = 256;
+  for (int row = 0; row < basis.rows(); row += rows_at_once) {
+    const int rows = std::min<int>(rows_at_once, static_cast<int>(basis.rows()) - row);
+    basis.block(row, 0, rows, kept) = (basis.block(row, 0, rows, size) * chosen).eval();
+  }
+  projected.topLeftCorner(kept, kept) = eigen.eigenvalues().tail(kept).asDiagonal();
+}
+
+}  // namespace
+
+int largest_basis(int n, int count) { return std::min(n, 5 * count / 2 + 60); }
+
+double memory_of_search(int n, int count) {
+  const double most = largest_basis(n, count) + block_size;
+  return sizeof(double) * (n * (most + 4 * block_size) + 3 * most * most);   // basis and blocks beside it; the projected matrix, its vectors and a copy
+}
+
+ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>& mass, int count, int largest) {
   const int n = static_cast<int>(mass.size());
   count = std::min(count, n);
   const Eigen::Map<const VecX> m(mass.data(), n);
-  const int b = std::min(block_size, n), most = std::min(n, largest_search(count) - 4 * block_size);
+  const int b = std::min(block_size, n), most = largest > 0 ? std::min(n, largest) : largest_basis(n, count);
   MatX basis(n, most + b), block(n, b), next(n, b), overlap, r, projected = MatX::Zero(most + b, most + b);
   std::uint64_t seed = 2463534242ull;
   for (int j = 0; j < b; ++j)
@@ -71,7 +91,8 @@ ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>&
     int fresh = 0;
     for (int j = 0; j < width && size + fresh < most; ++j)
       if (r(j, j) > 0) basis.col(size + fresh++) = next.col(j);
-    if (fresh == 0 || size >= check) {
+    const bool full = most < n && size + fresh >= most;
+    if (fresh == 0 || size >= check || full) {
       check = size + 3 * b;
       eigen.compute(projected.topLeftCorner(size, size));
       // Largest of K^-1 M are the lowest frequencies; the residual of a Ritz pair is r times the last block of its vector. The error of a
@@ -82,6 +103,14 @@ ModalBasis lowest_modes(const CholeskyFactor& factor, const std::vector<double>&
         good = (r * eigen.eigenvectors().col(j).tail(width)).norm() <= 1e-5 * eigen.eigenvalues()[j];
       }
       if (good || fresh == 0) break;  // found, or the space is exhausted
+    }
+    if (full) {
+      keep_best(basis, size, projected, eigen, count + 2 * b);
+      size = count + 2 * b;
+      fresh = 0;
+      for (int j = 0; j < width; ++j)
+        if (r(j, j) > 0) basis.col(size + fresh++) = next.col(j);
+      check = size + 3 * b;
     }
     first = size;
     size += fresh;

@@ -54,7 +54,10 @@ void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
-constexpr std::size_t room_of_columns = 16'000'000;   // [bytes] of columns that are kept for later steps
+
+/// Of the columns of one node, and of those that are kept for later steps: of 128 nodes, or as many as 16 MB hold.
+std::size_t bytes_of_column(int dofs) { return 3 * sizeof(double) * static_cast<std::size_t>(dofs); }
+std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * bytes_of_column(dofs), 16'000'000); }
 
 /// How many lengths of step keep their factor, of so many bytes each.
 std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels); }
@@ -113,7 +116,7 @@ Condensed& FemStructure::condensed(double h) {
   if (!condensed_) condensed_.reset(new Condensed);
   Condensed& c = *condensed_;
   const int n = dofs_.size;
-  factor();   // makes the stiffness
+  stiffness();
   if (c.mass.empty() || c.breaks != breaks_) {
     c.levels.clear();
     c.breaks = breaks_;
@@ -132,6 +135,7 @@ Condensed& FemStructure::condensed(double h) {
     return c;
   }
   if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) c.levels.erase(c.levels.begin());
+  factor_.reset();   // that of the structure at rest is made again where it is asked for
   const double phase = lowest_frequency() * key;
   const double delta = spec_.damping_ratio > 0 ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
   const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
@@ -148,7 +152,7 @@ const MatX& FemStructure::condensed_column(int node) {
     found->second.used = c.step;
     return found->second.value;
   }
-  if (c.columns() * 3 * static_cast<std::size_t>(n) * sizeof(double) > room_of_columns) c.drop_idle_columns();
+  if (c.columns() * bytes_of_column(n) > room_of_columns(n)) c.drop_idle_columns();
   MatX unit = MatX::Zero(n, 3), column(n, 3);
   for (int k = 0; k < 3; ++k)
     if (const int d = dofs_.number[node][k]; d >= 0) unit(d, k) = 1 / level.scale;
@@ -156,15 +160,14 @@ const MatX& FemStructure::condensed_column(int node) {
   return level.column.emplace(node, Condensed::Column{std::move(column), c.step}).first->second.value;
 }
 
-double FemStructure::memory_of_steps() {
-  double bytes = damage_ ? 6e6 + 4e3 * static_cast<double>(mesh_.hexes.size()) : 0.0;   // pieces; history of the law where it is needed
-  if (partition_ || supports_.nodes.empty() || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
-  const double n = dofs_.size;
-  bytes += memory_of_modes();
-  if (!condensable()) return bytes;
-  const std::size_t factor_bytes = factor().bytes();
-  const double levels = static_cast<double>(levels_kept(factor_bytes));
-  return bytes + levels * static_cast<double>(factor_bytes) + std::min<double>(room_of_columns, sizeof(double) * levels * n * n);
+void FemStructure::drop_condensed_levels() {
+  if (condensed_) condensed_->levels.clear();
+}
+
+double FemStructure::memory_of_condensed_steps() {
+  if (!condensable()) return 0;
+  const std::size_t factor_bytes = factor().bytes();   // stands now, and makes way for the first of them
+  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size));
 }
 
 void FemStructure::accept_laws() {

@@ -102,7 +102,7 @@ class FemStructure : public Structure {
   std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
-  double memory_of_steps() override;
+  double memory_of_steps(double duration) override;
   std::string plan() const override;
   std::vector<Fragment> take_fragments() override;
   void save(std::vector<double>& state) const override;
@@ -125,6 +125,7 @@ class FemStructure : public Structure {
   void warn_of_cracks() const;
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
   std::vector<Spring> springs() const;   // of bearings and bars, for the stiffness
+  const SymmetricMatrix& stiffness();
   const CholeskyFactor& factor();
   LinearSolver& multigrid();
   // structure_step.cpp
@@ -163,7 +164,7 @@ class FemStructure : public Structure {
   bool project(double t);
   bool rings_in_modes() const;      // linear, and allowed to
   int modes_at_most() const;
-  double memory_of_modes() const;   // [bytes]
+  int modes_within(double duration) const;
   bool enter_modal(double t, bool forced);
   void leave_modal();
   void materialise();
@@ -179,6 +180,8 @@ class FemStructure : public Structure {
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
   Condensed& condensed(double h);
   const MatX& condensed_column(int node);
+  void drop_condensed_levels();      // they are made again when asked for
+  double memory_of_condensed_steps();   // [bytes]
   // structure_break.cpp
   std::array<double, 8> node_shares(int cell) const;
   double cell_energy(int cell) const;
@@ -220,7 +223,7 @@ class FemStructure : public Structure {
   DofMap dofs_;
   std::unique_ptr<ElementOperator> operator_;
   SymmetricMatrix stiffness_;        // empty until needed
-  std::unique_ptr<CholeskyFactor> factor_;
+  std::unique_ptr<CholeskyFactor> factor_;   // of the structure at rest, while it is needed
   std::unique_ptr<LinearSolver> multigrid_;
   std::vector<double> cell_mass_;
   std::vector<double> built_mass_;         // of the nodes, as built

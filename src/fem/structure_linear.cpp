@@ -98,7 +98,7 @@ std::string FemStructure::advance_alone(double t, double duration) {
       return "modal";
     }
     more_modes();
-    modal_try_ = std::max(2 * lone_steps_, static_cast<double>(modes_) * modes_ / 6);   // what so many modes cost
+    modal_try_ = std::max(2 * lone_steps_, steps_worth(modes_));
   }
   if ((how == "implicit" || (!linear && (how == "modal" || worth))) && ring_on(t, duration)) return "condensed";
   if (how == "auto") lone_steps_ += explicit_count;

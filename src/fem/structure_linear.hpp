@@ -4,6 +4,9 @@
 
 namespace talus::fem {
 
+/// Explicit steps that cost about as much as the search for so many modes.
+inline double steps_worth(int modes) { return static_cast<double>(modes) * modes / 6; }
+
 struct LinearDynamics {
   ModalBasis modes;
   VecX mass;                          // per free degree of freedom, as built

@@ -14,7 +14,7 @@ void LinearDynamicsDeleter::operator()(LinearDynamics* p) const { delete p; }
 
 namespace {
 constexpr int most_modes = 384;
-constexpr std::size_t largest_basis = 4'000'000;   // doubles in the modes
+constexpr std::size_t most_values = 4'000'000;   // doubles in the modes
 constexpr double truncated_energy = 1e-3;          // share of the energy in motion that modes left out may hold; or
 constexpr double truncated_motion = 5e-3;          // the largest displacement that they may bring, over the largest of one mode
 constexpr double truncated_most = 0.1;             // and even then no larger share of the energy
@@ -32,6 +32,7 @@ LinearDynamics& FemStructure::linear_dynamics() {
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) l.mass[d] = built_mass_[i], weight[d] = built_mass_[i] * gravity_[c];
   factor().solve(weight.data(), l.gravity.data());
+  drop_condensed_levels();   // not both at a time: the search is the largest thing that a structure holds
   l.modes = lowest_modes(factor(), {l.mass.data(), l.mass.data() + n}, modes_);
   l.pattern = MatX::Zero(n, loads);
   MatX statics(n, loads);
@@ -60,7 +61,7 @@ std::vector<double> FemStructure::frequencies(int count) {
 }
 
 int FemStructure::modes_at_most() const {
-  return std::max(std::min(modes_, dofs_.size), std::min({most_modes, dofs_.size, static_cast<int>(largest_basis / static_cast<std::size_t>(dofs_.size))}));
+  return std::max(std::min(modes_, dofs_.size), std::min({most_modes, dofs_.size, static_cast<int>(most_values / static_cast<std::size_t>(dofs_.size))}));
 }
 
 bool FemStructure::rings_in_modes() const {
@@ -68,9 +69,24 @@ bool FemStructure::rings_in_modes() const {
   return !finite_ && !bars_ && !bearings_ && factorable;
 }
 
-double FemStructure::memory_of_modes() const {
-  if (!rings_in_modes() || (spec_.integrator != "auto" && spec_.integrator != "modal")) return 0;
-  return sizeof(double) * static_cast<double>(dofs_.size) * (largest_search(modes_at_most()) + modes_at_most());
+/// Modes that a run of `duration` [s] may come to ask for. By choice of the integrator all of them; by default each search waits for as many
+/// steps alone as it would cost (advance_alone), of which short intervals may make twice as many as fit into the time.
+int FemStructure::modes_within(double duration) const {
+  int modes = std::min(modes_, dofs_.size);
+  if (!rings_in_modes() || (spec_.integrator != "auto" && spec_.integrator != "modal")) return modes;
+  const int most = modes_at_most();
+  if (spec_.integrator == "modal") return most;
+  const double steps = 2 * duration / critical_step_;
+  while (modes < most && steps >= steps_worth(std::min(2 * modes, most))) modes = std::min(2 * modes, most);
+  return modes;
+}
+
+double FemStructure::memory_of_steps(double duration) {
+  double bytes = damage_ ? 6e6 + 4e3 * static_cast<double>(mesh_.hexes.size()) : 0.0;   // pieces; history of the law where it is needed
+  if (partition_ || supports_.nodes.empty() || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
+  const int modes = modes_within(duration);
+  const double kept = sizeof(double) * static_cast<double>(dofs_.size) * modes;
+  return bytes + kept + std::max(memory_of_search(dofs_.size, modes), memory_of_condensed_steps());
 }
 
 bool FemStructure::more_modes() {

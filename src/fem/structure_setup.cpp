@@ -210,11 +210,13 @@ std::vector<Spring> FemStructure::springs() const {
   return list;
 }
 
+const SymmetricMatrix& FemStructure::stiffness() {
+  if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs());
+  return stiffness_;
+}
+
 const CholeskyFactor& FemStructure::factor() {
-  if (!factor_) {
-    if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs());
-    factor_ = std::make_unique<CholeskyFactor>(stiffness_, 0.0, std::vector<double>{});
-  }
+  if (!factor_) factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
   return *factor_;
 }
 

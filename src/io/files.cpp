@@ -104,20 +104,23 @@ void PartFile::swap_in(bool durable) {
   if (durable) sync_path(parent.empty() ? fs::path(".") : parent, O_RDONLY | O_DIRECTORY);
 }
 
-void write_file(const fs::path& path, std::string_view bytes, bool durable) {
+void write_file(const fs::path& path, std::string_view bytes, bool durable) { write_file(path, std::span(&bytes, 1), durable); }
+
+void write_file(const fs::path& path, std::span<const std::string_view> pieces, bool durable) {
   PartFile file(path);
   const int fd = ::open(file.path().c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) throw WriteError(system_error("create", file.path()));
-  while (!bytes.empty()) {
-    const ssize_t n = ::write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) {
-      const std::string text = system_error("write", file.path());
-      ::close(fd);
-      throw WriteError(text);
+  for (std::string_view bytes : pieces)
+    while (!bytes.empty()) {
+      const ssize_t n = ::write(fd, bytes.data(), bytes.size());
+      if (n < 0 && errno == EINTR) continue;
+      if (n < 0) {
+        const std::string text = system_error("write", file.path());
+        ::close(fd);
+        throw WriteError(text);
+      }
+      bytes.remove_prefix(static_cast<std::size_t>(n));
     }
-    bytes.remove_prefix(static_cast<std::size_t>(n));
-  }
   ::close(fd);
   file.swap_in(durable);
 }

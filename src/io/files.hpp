@@ -5,6 +5,7 @@
 /// and renamed over it, so that a reader, or a crash, never meets half of it.
 #pragma once
 #include <filesystem>
+#include <span>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -30,6 +31,8 @@ void claim_directory(const std::filesystem::path& directory);
 
 /// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need not be durable.
 void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);
+/// The same, of pieces one after another.
+void write_file(const std::filesystem::path& path, std::span<const std::string_view> pieces, bool durable);
 
 /// A file in the making beside its final name. swap_in() syncs it and renames it over that name; without, it is removed at the end, so
 /// that a full disk gets its space back.

@@ -25,28 +25,31 @@ class VtuFile {
   template <class T>
   std::string array(const std::string& name, const std::vector<T>& values, int components = 1) {
     const std::string xml = fmt::format("        <DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                                        vtk_type<T>(), name, components, appended_.size());
+                                        vtk_type<T>(), name, components, offset_);
     const std::uint64_t bytes = values.size() * sizeof(T);
-    appended_.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
-    appended_.append(reinterpret_cast<const char*>(values.data()), bytes);
+    appended_.emplace_back(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    appended_.emplace_back(reinterpret_cast<const char*>(values.data()), bytes);
+    offset_ += sizeof bytes + bytes;
     return xml;
   }
   void save(const std::filesystem::path& path, std::size_t points, std::size_t cells, const std::string& point_data, const std::string& cell_data,
             const std::string& point_array, const std::string& cell_arrays) const {
-    std::string text = fmt::format(
+    const std::string head = fmt::format(
         "<?xml version=\"1.0\"?>\n<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\">\n"
         "  <UnstructuredGrid>\n    <Piece NumberOfPoints=\"{}\" NumberOfCells=\"{}\">\n"
         "      <PointData>\n{}      </PointData>\n      <CellData>\n{}      </CellData>\n"
         "      <Points>\n{}      </Points>\n      <Cells>\n{}      </Cells>\n"
         "    </Piece>\n  </UnstructuredGrid>\n  <AppendedData encoding=\"raw\">\n_",
         points, cells, point_data, cell_data, point_array, cell_arrays);
-    text += appended_;
-    text += "\n  </AppendedData>\n</VTKFile>\n";
-    write_file(path, text, false);
+    std::vector<std::string_view> pieces{head};
+    pieces.insert(pieces.end(), appended_.begin(), appended_.end());
+    pieces.push_back("\n  </AppendedData>\n</VTKFile>\n");
+    write_file(path, pieces, false);
   }
 
  private:
-  std::string appended_;
+  std::vector<std::string> appended_;   // each array and its length: a large surface is not copied as it grows
+  std::uint64_t offset_ = 0;
 };
 
 template <class T>
@@ -62,12 +65,13 @@ std::vector<float> narrow(const std::vector<double>& v) { return {v.begin(), v.e
 /// Cells of one kind with a fixed number of nodes.
 template <std::size_t N>
 std::string uniform_cells(VtuFile& file, const std::vector<std::array<int, N>>& cells, std::uint8_t type) {
-  std::vector<std::int64_t> connectivity, offsets;
-  for (const auto& c : cells) {
-    connectivity.insert(connectivity.end(), c.begin(), c.end());
-    offsets.push_back(static_cast<std::int64_t>(connectivity.size()));
-  }
-  return file.array("connectivity", connectivity) + file.array("offsets", offsets) + file.array("types", std::vector<std::uint8_t>(cells.size(), type));
+  std::vector<std::int64_t> numbers;
+  numbers.reserve(N * cells.size());
+  for (const auto& c : cells) numbers.insert(numbers.end(), c.begin(), c.end());
+  const std::string connectivity = file.array("connectivity", numbers);
+  numbers.resize(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) numbers[i] = static_cast<std::int64_t>(N * (i + 1));
+  return connectivity + file.array("offsets", numbers) + file.array("types", std::vector<std::uint8_t>(cells.size(), type));
 }
 
 }  // namespace

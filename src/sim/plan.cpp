@@ -1,10 +1,12 @@
 // What will be computed, what is left out and why; what it will need.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
 #include "contact/impact_damping.hpp"
+#include "sim/ground.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -76,6 +78,27 @@ std::string time_line(const World& w) {
   return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
 }
 
+/// How high the blocks start above the ground: least plumb height of their corners. Empty where there is no ground below.
+std::string start_line(const World& w) {
+  const coupling::Environment& env = w.system->environment();
+  const dda::Model& model = w.system->model();
+  double least = std::numeric_limits<double>::infinity(), most = -least;
+  for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
+    const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
+    if (block.fixed) continue;
+    const Pose pose = w.pose(i);
+    double height = std::numeric_limits<double>::infinity();
+    for (const Vec3& corner : block.shape->vertices) {
+      const Vec3 x = pose.world(corner);
+      if (const double ground = ground_height(env.terrain.get(), env.planes, x.x(), x.y()); std::isfinite(ground)) height = std::min(height, x.z() - ground);
+    }
+    if (std::isfinite(height)) least = std::min(least, height), most = std::max(most, height);
+  }
+  if (!(least <= most)) return "";
+  const auto metres = [](double height) { return fmt::format("{:.3g}", std::abs(height) < 1e-6 ? 0.0 : height); };
+  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.", metres(most) == metres(least) ? metres(least) : metres(least) + " to " + metres(most));
+}
+
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
@@ -138,7 +161,8 @@ double Simulation::memory_of_run() const {
   const coupling::Environment& env = w.system->environment();
   const auto blocks = static_cast<double>(w.system->model().blocks.size());
   const double rows = w.scene.simulation.duration / w.scene.output.history_interval;
-  double sum = 14 + 0.045 * blocks;                                       // libraries of the results; a block's contacts in a pile
+  const auto triangles = static_cast<double>(header().terrain.triangles.size());
+  double sum = 10 + 0.045 * blocks + 150e-6 * triangles;                  // libraries of the results; a block's contacts in a pile; the terrain on its way to the files
   double row = 200 * blocks + 400;                                        // [bytes]
   for (const RunHeader::StructureInfo& s : header().structures) {
     std::size_t values = 9 + 3 * s.probes.size();
@@ -148,7 +172,7 @@ double Simulation::memory_of_run() const {
   sum += std::min(32.0, 2 * rows * row * 1e-6);                           // a batch of rows on its way to results.h5, and what HDF5 holds of it
   if (w.scene.output.report) sum += 3 + 4 * std::min(6.0, rows * 28 * blocks * 1e-6);   // the empty page; its arrays, their text, the page
   for (const auto& part : env.structures)
-    if (!part.fixed_surface || part.one_way) sum += 1e-6 * part.structure->memory_of_steps();
+    if (!part.fixed_surface || part.one_way) sum += 1e-6 * part.structure->memory_of_steps(w.scene.simulation.duration);
   return sum;
 }
 
@@ -169,6 +193,7 @@ std::vector<std::string> Simulation::plan() const {
   }
   if (!w.paper)
     lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
+  if (std::string start = start_line(w); !start.empty()) lines.push_back(std::move(start));
   const coupling::Environment& env = w.system->environment();
   if (env.terrain) lines.push_back(fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", w.header.terrain.triangles.size()));
   else lines.push_back("Terrain: none; no raster library is loaded.");
