@@ -217,7 +217,10 @@ class IslandStepper {
   bool chosen_condensed() const;
   bool may_condense(double t);
   bool all_rest();
+  double own_approach(const Touch& touch) const;
   bool blow(double t, double h) const;
+  bool meets_fast(const Touch& touch, double h) const;
+  void approach_skins();
   std::size_t touched_faces() const;
   double condensed_length(double t, double duration, double remaining, double longest);
   void gather_skins();

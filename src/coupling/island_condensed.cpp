@@ -44,6 +44,9 @@ bool IslandStepper::chosen_condensed() const {
                      [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_by_choice(); });
 }
 
+/// Normal speed of the block of a touch alone, < 0 towards its partner [m/s].
+double IslandStepper::own_approach(const Touch& t) const { return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b)); }
+
 /// Whether a stretch may begin condensed: no block moves at a structure that it does not rest on, and every structure can.
 bool IslandStepper::may_condense(double t) {
   if (!island_->surfaces.empty()) return false;
@@ -56,30 +59,32 @@ bool IslandStepper::may_condense(double t) {
 bool IslandStepper::all_rest() {
   found_for_ = -1;
   find(0);
-  double fastest = 0;
-  for (int s : island_->structures)
-    for (const Vec3& v : skin(s).velocities) fastest = std::max(fastest, v.norm());
   for (const CandidatePair& pair : island_->pairs) {
     if (pair.a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface) continue;
     const bool rests = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
-      return touch.a == pair.a && touch.b == pair.b && touch.persistent && touch.approach > -gentle_speed();
+      return touch.a == pair.a && touch.b == pair.b && touch.persistent && own_approach(touch) > -gentle_speed();
     });
     const auto k = static_cast<std::size_t>(pair.b);
-    if (!rests && fastest + state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
+    if (!rests && state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
   }
   return true;
 }
 
-/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told.
+/// True if a block meets a structure within h faster than a condensed step may stop; the structure is told. It is the block that strikes: a skin that rings
+/// below one at rest, of light nodes and faster than such a step resolves, is stilled by its first one (what is left of it: `meets_fast`).
 bool IslandStepper::blow(double t, double h) const {
   bool any = false;
   for (const Touch& touch : touches_) {
-    if (touch.b < 0 || !deformable_structure(touch) || touch.approach > -gentle_speed()) continue;
-    if (touch.at.gap + h * touch.approach - 0.5 * h * h * model_.gravity.norm() > 0) continue;
+    if (!meets_fast(touch, h) || own_approach(touch) > -gentle_speed()) continue;
     env_.structures[static_cast<std::size_t>(touch.a.index)].structure->struck(t);
     any = true;
   }
   return any;
+}
+
+/// Whether a block and a structure meet within h faster than a condensed step may stop.
+bool IslandStepper::meets_fast(const Touch& t, double h) const {
+  return t.b >= 0 && deformable_structure(t) && t.approach <= -gentle_speed() && t.at.gap + h * t.approach - 0.5 * h * h * model_.gravity.norm() <= 0;
 }
 
 /// Faces of moving skins that the touches at hand name.
@@ -227,18 +232,24 @@ double IslandStepper::condensed_error(double h) const {
   return h / 12 * largest / length_;
 }
 
+/// Normal speeds at the skins as the condensed step at hand begins: what it does not resolve of their velocities is gone.
+void IslandStepper::approach_skins() {
+  for (Touch& t : touches_)
+    if (t.b >= 0 && deformable_structure(t)) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+}
+
 /// Hands the impulses to the structures; if one may not take them all are as they were, and it is told that it was struck.
 bool IslandStepper::correct_skins(double t, double h) {
-  bool taken = true;
-  std::size_t done = 0;
+  bool taken = std::none_of(touches_.begin(), touches_.end(), [&](const Touch& touch) { return meets_fast(touch, h); });
+  std::size_t done = taken ? 0 : island_->structures.size();
   for (int s : island_->structures) {
+    if (!taken) break;
     Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
     shares_.clear();
     for (const NodeShare& n : node_impulses_)
       if (n.structure == s) shares_.push_back({n.node, n.impulse});
     taken = structure.correct_condensed(t, h, shares_);
     ++done;
-    if (!taken) break;
   }
   if (!taken)
     for (std::size_t i = 0; i < done; ++i) {

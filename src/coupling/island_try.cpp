@@ -31,7 +31,10 @@ bool IslandStepper::take(Trial& trial) {
       Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
       condensed_ ? structure.predict_condensed(trial.start, trial.h) : structure.predict(trial.start, trial.h);
     }
-    if (condensed_) gather_skins();
+    if (condensed_) {
+      gather_skins();
+      approach_skins();
+    }
     // Halving brings the solution nearer to the last one's; where that does not help, what can be solved is taken.
     const int halvings = !island_->structures.empty() && !condensed_ ? 2 : 8;   // sub-steps are as near already
     const Outcome o = smooth(trial.h, trial.lumped, trial.passes, trial.halved >= halvings || 0.5 * trial.h < settings_.min_step);

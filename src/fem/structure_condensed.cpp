@@ -6,6 +6,10 @@
 // K is the stiffness of the undamaged cells that are left. Where the structure is linear this is the midpoint rule itself, and with delta = 0
 // keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
 // which is stable and vanishes with h. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
+//
+// After explicit steps parts of a structure ring faster than the step resolves. Of a node that a contact holds the midpoint rule would move the skin by h v_n / 2,
+// many times its amplitude, and friction would keep it there, strained. Where there is damping the first step is therefore that of backward Euler, theta = 1, from velocities
+// that h resolves, v = A^-1 M v_n [rannacher1984]: a node that is held stays where it is.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,7 +24,7 @@ namespace talus::fem {
 
 struct Condensed {
   struct Column {
-    MatX value;                              // A^-1 of a node's three directions, n x 3
+    MatX value;                              // A^-1 of a node's three directions, a row per degree of freedom with mass x 3
     long used = 0;                           // number of the last step that asked for it
   };
   /// One length of step. All of it follows from the structure and h: what is kept between steps changes no result.
@@ -42,6 +46,7 @@ struct Condensed {
   SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
   long breaks = 0;                           // for which it was made
   std::vector<double> mass;                  // per free degree of freedom; 1 where none is left
+  std::vector<int> moving, row;              // those with mass; of each degree of freedom its place among them, -1: none
   std::vector<std::unique_ptr<Level>> levels;   // the one in use last
   long step = 0;
   // the step at hand
@@ -83,8 +88,10 @@ double FemStructure::dissipation() const {
   return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
 }
 
-bool FemStructure::at_ease() const {
-  return dissipation() <= 1e-9 * std::abs(stored_part_) && !(damage_ && spec_.erosion && !spent_cells().empty());
+/// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the motion what it was, to that accuracy.
+bool FemStructure::at_ease(double h) const {
+  const double allowed = std::max(1e-9, condensed_accuracy_ * h * lowest_frequency() / (2 * M_PI)) * std::abs(stored_part_);
+  return dissipation() <= allowed && !(damage_ && spec_.erosion && !spent_cells().empty());
 }
 
 bool FemStructure::loads_hold(double from, double to) const {
@@ -109,7 +116,8 @@ double FemStructure::condensed_step(double t, double accuracy) {
     return 0;
   }
   forces(t);
-  return at_ease() ? longest : 0;
+  condensed_accuracy_ = accuracy;
+  return at_ease(contact_step_ > 0 ? contact_step_ : critical_step_) ? longest : 0;
 }
 
 Condensed& FemStructure::condensed(double h) {
@@ -121,24 +129,28 @@ Condensed& FemStructure::condensed(double h) {
     c.levels.clear();
     c.breaks = breaks_;
     c.mass.assign(n, 1.0);
+    c.moving.clear();
+    c.row.assign(n, -1);
     for (std::size_t i = 0; i < mass_.size(); ++i)
       for (int k = 0; k < 3; ++k)
-        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i];
+        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moving.push_back(d);
+    for (std::size_t i = 0; i < c.moving.size(); ++i) c.row[static_cast<std::size_t>(c.moving[i])] = static_cast<int>(i);
     const bool whole = std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
     c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(), &live_);
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
-  const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) { return level->h == key; });
+  const double phase = lowest_frequency() * key;
+  const bool damped = spec_.damping_ratio > 0;
+  const double delta = damped && starting_ ? 0.5 : damped ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
+  const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
+  const auto found = std::find_if(c.levels.begin(), c.levels.end(), [&](const auto& level) { return level->h == key && level->theta == theta; });
   if (found != c.levels.end()) {
     std::rotate(found, found + 1, c.levels.end());
     return c;
   }
   if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) c.levels.erase(c.levels.begin());
   factor_.reset();   // that of the structure at rest is made again where it is asked for
-  const double phase = lowest_frequency() * key;
-  const double delta = spec_.damping_ratio > 0 ? std::min(0.1 * phase * phase, 0.5) : 0.0;   // damping of the first mode 0.1 phase^3
-  const double theta = 0.5 + delta, scale = key * key * theta * theta, shift = (1 + 0.5 * alpha_ * key) / scale;
   c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, theta, scale, {}}));
   return c;
 }
@@ -152,12 +164,13 @@ const MatX& FemStructure::condensed_column(int node) {
     found->second.used = c.step;
     return found->second.value;
   }
-  if (c.columns() * bytes_of_column(n) > room_of_columns(n)) c.drop_idle_columns();
-  MatX unit = MatX::Zero(n, 3), column(n, 3);
+  if (c.columns() * bytes_of_column(static_cast<int>(c.moving.size())) > room_of_columns(n)) c.drop_idle_columns();
+  MatX unit = MatX::Zero(n, 3), column(n, 3), kept(static_cast<Eigen::Index>(c.moving.size()), 3);
   for (int k = 0; k < 3; ++k)
     if (const int d = dofs_.number[node][k]; d >= 0) unit(d, k) = 1 / level.scale;
   level.factor.solve(unit.data(), column.data(), 3);   // always three: the digits do not depend on what else is touched
-  return level.column.emplace(node, Condensed::Column{std::move(column), c.step}).first->second.value;
+  for (std::size_t i = 0; i < c.moving.size(); ++i) kept.row(static_cast<Eigen::Index>(i)) = column.row(c.moving[i]);
+  return level.column.emplace(node, Condensed::Column{std::move(kept), c.step}).first->second.value;
 }
 
 void FemStructure::drop_condensed_levels() {
@@ -178,13 +191,27 @@ void FemStructure::accept_laws() {
   if (damage_) damage_->accept();
 }
 
+/// What h does not resolve of the velocities goes: v = A^-1 M v.
+void FemStructure::smooth_velocities(double h) {
+  const Condensed& c = condensed(h);
+  const Condensed::Level& level = *c.levels.back();
+  VecX v(dofs_.size), rhs(dofs_.size);
+  gather(dofs_, v_, v);
+  for (int d = 0; d < dofs_.size; ++d) rhs[d] = c.mass[static_cast<std::size_t>(d)] * v[d] / level.scale;
+  level.factor.solve(rhs.data(), v.data());
+  scatter(dofs_, v, v_);
+  surface_stale_ = true;
+}
+
 void FemStructure::predict_condensed(double t, double h) {
   leave_modal();
   if (h_last_ > 0) {
     const double before = mechanical_energy();
     synchronise(t);
     time_ = t;
-    books_.algorithmic += before - mechanical_energy();
+    starting_ = true;
+    if (spec_.damping_ratio > 0) smooth_velocities(h);
+    books_.algorithmic += before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());   // which accept_laws() books
   }
   forces(t);
   if (!laws_taken_) accept_laws();
@@ -221,7 +248,7 @@ MatX FemStructure::compliance(std::span<const int> nodes) {
     const MatX& column = condensed_column(nodes[j]);
     for (int i = 0; i < m; ++i)
       for (int k = 0; k < 3; ++k)
-        if (const int d = dofs_.number[nodes[i]][k]; d >= 0) w.block<1, 3>(3 * i + k, 3 * j) = column.row(d);
+        if (const int d = dofs_.number[nodes[i]][k]; d >= 0 && condensed_->row[static_cast<std::size_t>(d)] >= 0) w.block<1, 3>(3 * i + k, 3 * j) = column.row(condensed_->row[static_cast<std::size_t>(d)]);
   }
   return 0.5 * (w + w.transpose());
 }
@@ -229,7 +256,10 @@ MatX FemStructure::compliance(std::span<const int> nodes) {
 bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) {
   Condensed& c = *condensed_;
   for (const NodeImpulse& p : impulses)
-    if (!p.impulse.isZero(0)) c.v_hat.noalias() += condensed_column(p.node) * p.impulse;
+    if (!p.impulse.isZero(0)) {
+      const VecX moved = condensed_column(p.node) * p.impulse;
+      for (std::size_t i = 0; i < c.moving.size(); ++i) c.v_hat[c.moving[i]] += moved[static_cast<Eigen::Index>(i)];
+    }
   const double stored_before = stored_part_;
   const AlignedVector external_before(f_ext_);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
@@ -244,10 +274,9 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   const double theta = c.levels.back()->theta;
   for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += h * ((1 - theta) * v_before[i] + theta * v_[i]);
   time_ = t + h;
-  const std::size_t cells_before = damage_ ? damage_->cells().size() : 0;
   moved();
   forces(t + h);
-  if ((damage_ && damage_->cells().size() != cells_before) || !at_ease()) return false;
+  if (!at_ease(h)) return false;
 
   double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
   for (std::size_t node = 0; node < mass_.size(); ++node) {
@@ -269,6 +298,7 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   books_.damping_work += damping;
   if (!loads_.empty()) books_.external_work += external;
   books_.algorithmic += whole + contact - damping - gained - (stored_part_ - stored_before) - dissipation();
+  starting_ = false;
   stored_half_ = stored_part_;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
   if (kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored_part_) still_ = false;

@@ -118,6 +118,10 @@ StructureEnergy FemStructure::energy() const {
   std::array<double, 9> all{kinetic, potential, stored, linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]};
   sum(all);
   StructureEnergy e = books_;
+  if (h_last_ == 0 && !laws_taken_) {   // what the laws took in a condensed step is accepted by the next one
+    e.damage_work += damage_ ? damage_->dissipation() : 0.0;
+    e.plastic_work += (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
+  }
   e.kinetic = all[0];
   e.gravity_potential = all[1] + dust_potential_;
   e.elastic = h_last_ == 0 ? all[2] : stored_half_;
