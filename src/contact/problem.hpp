@@ -69,6 +69,7 @@ struct SolveSettings {
   bool exact_coulomb = true;       // De Saxce correction
   int max_newton = 60;
   int max_outer = 60;
+  int most_factorisations = 0;     // of the whole search, which ends unsolved soon after them; 0: as many as it takes
 };
 
 /// How the problem was solved. Tiers: A warm semismooth Newton, B interior point or cold start, C De Saxce outer loop,
@@ -93,6 +94,8 @@ class ContactSolver {
   /// Fills problem.v and every contact's impulse. Deterministic: depends on the problem alone, never on earlier calls
   /// (cached symbolic factors and buffers do not change a bit of the result) or on the thread count.
   SolveReport solve(ContactProblem& problem, const SolveSettings& settings);
+  /// `count` Gauss-Seidel sweeps from the impulses of the problem, whatever their residual becomes. Fills what `solve` does; returns the residual [m/s].
+  double sweep(ContactProblem& problem, int count);
 
  private:
   struct Work;

@@ -98,7 +98,35 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
   }
 }
 
+/// The impulses of the problem, within the law's bounds.
+void start_from(const ContactProblem& problem, const System& system, std::vector<Vec3>& p) {
+  p.resize(system.touch.size());
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Touch& t = system.touch[i];
+    Vec3 start = problem.contacts[t.id].impulse;
+    if (!start.allFinite() || !(t.w > 0)) start.setZero();
+    Law cone = t.law;
+    cone.exact = false;
+    project(cone, start, 1, 1, p[i], nullptr);
+  }
+}
+
 }  // namespace
+
+double ContactSolver::sweep(ContactProblem& problem, int count) {
+  problem.v = problem.v_hat;
+  if (problem.contacts.empty()) return 0;
+  Search& search = work_->search;
+  System& system = search.system;
+  system.assemble(problem, true);
+  start_from(problem, system, search.p);
+  system.velocities(search.p, search.v);
+  detail::sweep(system, search.p, search.v, count);
+  system.velocities(search.p, search.v);
+  for (int i = 0; i < system.contacts(); ++i) problem.contacts[system.touch[i].id].impulse = search.p[i];
+  system.write(search.v, problem);
+  return system.residual(search.v, search.p);
+}
 
 SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& settings) {
   SolveReport report;
@@ -113,15 +141,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   const int nc = system.contacts();
   const double tolerance = settings.tolerance * settings.velocity_scale;
   const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
-  search.p.resize(nc);
-  for (int i = 0; i < nc; ++i) {
-    const Touch& t = system.touch[i];
-    Vec3 start = problem.contacts[t.id].impulse;
-    if (!start.allFinite() || !(t.w > 0)) start.setZero();
-    Law cone = t.law;
-    cone.exact = false;
-    project(cone, start, 1, 1, search.p[i], nullptr);
-  }
+  start_from(problem, system, search.p);
   system.velocities(search.p, search.v);
   search.best = INFINITY;
   search.consider(search.p, search.v, system.residual(search.v, search.p));

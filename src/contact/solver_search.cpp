@@ -37,6 +37,7 @@ bool Search::interior(double distance) {
   options.recentre = system.contacts() > 60;
   options.sweeps = options.recentre ? 15 : 0;
   options.correctors = options.recentre ? 2 : 0;
+  if (settings_->most_factorisations > 0) options.max_iterations = std::clamp(settings_->most_factorisations - report_->newton, 1, options.max_iterations);
   trial_p_ = p;
   system.velocities(trial_p_, trial_v_);
   const InteriorOutcome outcome = interior_.run(system, trial_p_, trial_v_, options);
@@ -79,12 +80,12 @@ double Search::visited(int count) {
 
 bool Search::swept_while_it_pays() {
   p = best_p;
-  double before = best;
-  for (int round = 0; round < 10; ++round) {
-    const double after = swept(20);
+  double before = best;   // when it last paid
+  for (int round = 0, idle = 0; round < 20 && idle < 4; ++round) {   // the largest residual of one round says little: contacts hand it on
+    swept(20);
     if (best <= sufficient_) return true;
-    if (after > 0.8 * before) break;
-    before = after;
+    idle = best > 0.9 * before ? idle + 1 : 0;
+    if (idle == 0) before = best;
   }
   return false;
 }
@@ -164,15 +165,16 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (!small && best > 1e-3 * settings.velocity_scale) return false;
     return newton(1e-4, 20) || polish() || (small && newton(1e-3, 20));
   };
-  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper.
-  const auto contradicted = [&] {
+  // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was spent.
+  const auto given_up = [&] {
+    if (settings.most_factorisations > 0 && report.newton >= settings.most_factorisations) return true;
     const bool tried = system.contacts() <= 60 ? report.newton > 300 || fruitless >= 2 : report.newton > 150;
     return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
   };
   p = best_p;
   if (interior(0.5 * best) || finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
-  for (int round = 0; round < 4 && !contradicted(); ++round) {
+  for (int round = 0; round < 4 && !given_up(); ++round) {
     report.tier = 'B';
     if (round == 2 && !small) {   // the convex problems are a surer way on than a path from nothing
       report.tier = 'C';
@@ -189,7 +191,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     if (finish()) return true;
   }
   report.tier = 'E';
-  if (contradicted()) return false;
+  if (given_up()) return false;
   // Many sweeps find regions that a path misses; costly, so only now and then of use.
   report.tier = 'C';
   if (polish(200)) return true;

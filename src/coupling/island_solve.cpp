@@ -5,6 +5,7 @@
 
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
+#include "coupling/unearned.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -28,41 +29,51 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
-/// Work of the contacts' impulses that Coulomb's law has none of, left by a residual: loads that sink or part, sum p_n |u_n|, and friction that drives,
-/// sum max(0, p_t . u_t) [J].
-double unearned(const contact::ContactProblem& problem) {
-  double work = 0;
-  for (const contact::ProblemContact& c : problem.contacts) {
-    if (c.impulse.isZero(0)) continue;
-    Vec3 u = c.bias + c.compliance.cwiseProduct(c.impulse);
-    for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
-      const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
-      const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-      u += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
+/// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
+/// is left of it in a heap at rest lies on thousands of contacts, whose regions a factorisation would have to know. The work left.
+double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit, double most, double work, contact::SolveReport& r) {
+  constexpr int sweeps = 20, rounds = 10;
+  std::vector<contact::ProblemContact> contacts;
+  std::vector<double> v;
+  for (int round = 0; round < rounds && work > most; ++round) {
+    contacts = problem.contacts;
+    v = problem.v;
+    const double residual = solver.sweep(problem, sweeps), before = work;
+    r.sweeps += sweeps;
+    work = unearned(problem, 0.5 * most);
+    if (!(work < before) || !(residual <= limit)) {
+      problem.contacts.swap(contacts);
+      problem.v.swap(v);
+      return before;
     }
-    work += std::abs(c.impulse[0] * u[0]) + std::max(0.0, c.impulse.tail<2>().dot(u.tail<2>()));
+    r.residual = residual;
+    if (work > 0.95 * before) break;
   }
   return work;
 }
 
-/// On from what solved a problem, until its contacts do no more than `most` work unearned [J] or it gets no farther: by Newton's method, where it is
-/// far more by the whole search. `scale`: a velocity beside which the residual is so small that this method goes first [m/s].
+/// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J] or it gets no farther: by sweeps, by Newton's
+/// method, where it is far more by the whole search. `scale`: a velocity beside which the residual is so small that Newton's method goes first [m/s].
 contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double scale, double most, contact::SolveReport r) {
+  r.residual *= settings.velocity_scale;   // in m/s until it is returned
+  const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
-    const double work = unearned(problem), residual = r.residual * settings.velocity_scale / scale;
+    const double work = sweep_while_it_pays(solver, problem, limit, most, unearned(problem, 0.5 * most), r), residual = r.residual / scale;
     if (work <= most) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
+    closer.most_factorisations = 20;   // of large heaps more than a hundred did not get there either
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
     r.sweeps += next.sweeps;
     r.outer += next.outer;
     r.tier = std::max(r.tier, next.converged ? next.tier : 'A');
-    r.residual = next.residual * scale / settings.velocity_scale;
+    r.residual = next.residual * scale;
     if (!(next.residual < 0.5 * residual)) break;
   }
+  r.residual /= settings.velocity_scale;
   return r;
 }
 
@@ -86,7 +97,8 @@ contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bo
   if (small && sub_step) settings.sufficient = std::max(1e-7, 1e-3 * settings_.accuracy);
   else if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
   else if (blocks_in_sub_step) settings.sufficient = std::max(settings.tolerance, settings_.accuracy);   // of a search that stalls
-  else if (still) settings.sufficient = 1e-5;   // 1e-9 of the island's speed: where the sticking touches of a heap contradict each other
+  else if (still)   // where the sticking touches of a heap contradict each other: 1e-9 of the island's speed, or what a block at rest may move by
+    settings.sufficient = std::max(1e-5, still_speed(model_, h) / settings.velocity_scale);
   else if (h > 0 && in_heap())   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
     settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * speed_ / settings.velocity_scale, allowed}));
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
