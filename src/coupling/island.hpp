@@ -174,7 +174,7 @@ class IslandStepper {
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
-  Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
+  Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
   void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) const;
   void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
@@ -292,7 +292,7 @@ class IslandStepper {
   bool condensed_ = false;                // the structures take condensed steps
   bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+
   std::vector<NodeImpulse> shares_;
-  struct HeldShare { int structure, node, contact; double weight; };
+  struct HeldShare { int structure, node, contact; double weight; Vec3 tilt = Vec3::Zero(); };
   std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse
   struct NodeShare { int structure, node; Vec3 impulse, position; };
   std::vector<NodeShare> node_impulses_;

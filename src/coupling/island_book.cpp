@@ -64,7 +64,7 @@ struct IslandStepper::Booking {
   void hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
   void spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
   double stretched(const Touch& t) const;
-  void shear(const Touch& t, const contact::ProblemContact& c, const Slip& slip, double slip_work);
+  void shear(const Touch& t, const contact::ProblemContact& c, double slip_work);
   void position(const Body& b);
   void turning(const Body& b);
   void straining(const Body& b);
@@ -130,7 +130,7 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 /// Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
-  shear(t, c, s, c.impulse.tail<2>().dot(mean.tail<2>()));
+  shear(t, c, c.impulse.tail<2>().dot(mean.tail<2>()));
   const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + of.length_before(h) * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
@@ -144,22 +144,18 @@ void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemCo
   if (t.dashpot > 0 && of.leapfrog()) onset += std::max(0.0, lost);
 }
 
-void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s, double slip_work) {
+void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, double slip_work) {
   const double stretch = stretched(t);
   if (!of.leapfrog()) {
     loss.sprung -= slip_work + stretch;
     return;
   }
-  // Friction takes its force times the slip at the end; that the leapfrog's work is with the mean velocity is the scheme's.
-  double slipped = 0;
-  if (t.shear_stiffness == 0) {
-    slipped = std::max(0.0, -c.impulse.tail<2>().dot(s.last.tail<2>()));
-  } else if (c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9)) {
-    const Vec3 end = of.shear_at_end(t, h), moved = t.shear + h * (t.frame.rightCols<2>() * s.last.tail<2>());
-    slipped = std::max(0.0, t.shear_stiffness * end.dot(moved - end));
-  }
-  pending.friction_work += slipped;
-  pending.algorithmic -= slip_work + stretch + slipped;
+  // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own, and what would drive is the scheme's.
+  const double lost = -(slip_work + stretch);
+  const bool slides = t.shear_stiffness == 0 || c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  const double slid = slides ? std::max(0.0, lost) : 0.0;
+  pending.friction_work += slid;
+  pending.algorithmic += lost - slid;
 }
 
 /// Positions that left the trapezoid met gravity and the block's own stiffness elsewhere than the velocities did.

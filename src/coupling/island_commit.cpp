@@ -34,7 +34,8 @@ void IslandStepper::collect_node_impulses() {
     for (const HeldShare& s : held_) {
       if (t.row < 0 || s.contact != t.row || t.impulse.isZero(0)) continue;
       const Structure& structure = *env_.structures[static_cast<std::size_t>(s.structure)].structure;
-      node_impulses_.push_back({s.structure, s.node, s.weight * (t.frame * t.impulse), structure.node_position(s.node)});
+      const Vec3 p = t.frame * t.impulse;
+      node_impulses_.push_back({s.structure, s.node, s.weight * p + s.tilt.dot(p) * t.normal, structure.node_position(s.node)});
     }
 }
 

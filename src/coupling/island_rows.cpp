@@ -56,20 +56,20 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
 }
 
 /// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity (world) and adds
-/// sign times that to u_ref (frame).
-Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
+/// sign times that to u_ref (frame). `tilt`: of a point above the face, what a node's velocity along the normal moves it aside by, per entry.
+Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
   if (condensed_) return add_skin_terms(structure, w, frame, sign, u_ref);
   const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
     const int node = w.node[static_cast<std::size_t>(i)];
     const double weight = w.weight[static_cast<std::size_t>(i)];
-    if (weight == 0) continue;
-    const Vec3 v_hat = s.predicted_velocity(node);
-    velocity += weight * v_hat;
+    if (weight == 0 && tilt.empty()) continue;
+    const Vec3 v_hat = s.predicted_velocity(node), aside = tilt.empty() ? Vec3(Vec3::Zero()) : tilt[static_cast<std::size_t>(i)];
+    velocity += weight * v_hat + frame.col(0).dot(v_hat) * aside;
     const double mass = s.node_mass(node);
     if (!std::isfinite(mass)) {
-      held_.push_back({structure, node, static_cast<int>(problem_.contacts.size()), sign * weight});
+      held_.push_back({structure, node, static_cast<int>(problem_.contacts.size()), sign * weight, sign * aside});
       continue;
     }
     int body = -1;
@@ -80,7 +80,7 @@ Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, 
       nodes_.push_back({structure, node, v_hat, s.node_velocity(node), mass});
     }
     const int offset = static_cast<int>(problem_.jacobians.size());
-    const Mat3 j = sign * weight * frame.transpose();
+    const Mat3 j = sign * frame.transpose() * (weight * Mat3::Identity() + aside * frame.col(0).transpose());
     problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
     problem_.terms.push_back({static_cast<int>(bodies_.size()) + body, offset});
   }
@@ -97,8 +97,13 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   contact::ProblemContact c;
   c.first_term = static_cast<int>(problem_.terms.size());
   Vec3 u_ref = Vec3::Zero();
-  const SurfaceWeights face = surface_weights(env_.structures[static_cast<std::size_t>(t.a.index)].index->surface(), t.at.face_a, t.at.point_a);
-  const Vec3 a = add_structure_terms(t.a.index, face, t.frame, -1, u_ref);
+  const TriangleSurface& skin = env_.structures[static_cast<std::size_t>(t.a.index)].index->surface();
+  const SurfaceWeights face = surface_weights(skin, t.at.face_a, t.at.point_a);
+  // The face's side goes along with the face to where the node is, g away along its normal, which turns by n' = -sum grad N_i (n . v_i): together they may turn as one, and friction
+  // over a gap or a depth makes no moment.
+  std::array<Vec3, 12> tilt = weight_gradients(skin, t.at.face_a, face);
+  for (Vec3& aside : tilt) aside *= -(t.at.point_b - t.at.point_a).dot(t.normal);
+  const Vec3 a = add_structure_terms(t.a.index, face, t.frame, -1, u_ref, tilt);
   SurfaceWeights node;
   node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
   const Vec3 b = add_structure_terms(t.b_structure, node, t.frame, 1, u_ref);

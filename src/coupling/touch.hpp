@@ -140,6 +140,9 @@ struct SurfaceWeights {
 };
 SurfaceWeights surface_weights(const TriangleSurface&, int triangle, const Vec3& x);
 
+/// Gradients of these weights along the triangle, one for each entry [1/m].
+std::array<Vec3, 12> weight_gradients(const TriangleSurface&, int triangle, const SurfaceWeights&);
+
 /// The same for a touch at a skin: by the face's mean plane where it is of a bed, whose columns stand on that.
 SurfaceWeights skin_weights(const Touch&, const TriangleSurface&, const Vec3& x);
 

@@ -33,7 +33,9 @@ SurfaceWeights plane_weights(const TriangleSurface& surface, int triangle, const
 
 }  // namespace
 
+/// x on the triangle by its corners. What lies beside it by more than round-off keeps its negative part: forces there have their moment.
 SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
+  constexpr double round_off = 1e-9;
   const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
   const Vec3& a = surface.vertices[static_cast<std::size_t>(t[0])];
   const Vec3& b = surface.vertices[static_cast<std::size_t>(t[1])];
@@ -42,7 +44,7 @@ SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, con
   const double area_sq = n.squaredNorm();
   Vec3 l(n.dot((b - x).cross(c - x)), n.dot((c - x).cross(a - x)), n.dot((a - x).cross(b - x)));
   l /= area_sq;
-  l = l.cwiseMax(0.0);
+  if (l.minCoeff() > -round_off) l = l.cwiseMax(0.0);
   l /= l.sum();
   SurfaceWeights w;
   for (int i = 0; i < 3; ++i) {
@@ -61,6 +63,23 @@ SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, con
     }
   }
   return w;
+}
+
+std::array<Vec3, 12> weight_gradients(const TriangleSurface& surface, int triangle, const SurfaceWeights& w) {
+  const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
+  const auto corner = [&](std::size_t k) -> const Vec3& { return surface.vertices[static_cast<std::size_t>(t[k % 3])]; };
+  const Vec3 n = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+  std::array<Vec3, 12> gradients;
+  gradients.fill(Vec3::Zero());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 of_corner = n.cross(corner(k + 2) - corner(k + 1)) / n.squaredNorm();
+    const auto& nodes = surface.nodes[static_cast<std::size_t>(t[k])];
+    for (int j = 0; j < nodes.count; ++j) {
+      const auto* found = std::find(w.node.begin(), w.node.begin() + w.count, nodes.node[static_cast<std::size_t>(j)]);
+      gradients[static_cast<std::size_t>(found - w.node.begin())] += nodes.weight[static_cast<std::size_t>(j)] * of_corner;
+    }
+  }
+  return gradients;
 }
 
 SurfaceWeights skin_weights(const Touch& t, const TriangleSurface& surface, const Vec3& x) {

@@ -60,12 +60,16 @@ void judge_interface(CaseRun& c, const Outcome& o, const std::string& title, dou
     for (const sim::ContactRow& r : o.structure_contacts) impulse += r.dt * r.force, scale += r.dt * r.force.norm();
     c.absolute(title + ": impulse against momentum change, relative", "momentum", 0, scale > 0 ? (impulse + change).norm() / scale : NAN, 1e-9);
   }
-  double energy = 0, worst = 0;
+  double energy = 0, worst = 0, made = 0, taken = 0;
   for (const sim::HistoryRow& r : o.rows) {
     energy = std::max(energy, r.ledger.kinetic);
     worst = std::max(worst, std::abs(r.ledger.residual));
+    made = std::max(made, -r.ledger.algorithmic);
+    taken = std::max(taken, r.ledger.algorithmic);
   }
   c.absolute(title + ": energy residual over the energy of the impact", "first law", 0, worst / energy, residual);
+  c.absolute(title + ": made by the scheme over the energy of the impact", "first law", 0, made / energy, residual);
+  c.absolute(title + ": taken by the scheme over the energy of the impact", "first law", 0, taken / energy, residual).judged = false;   // springs that no step resolves, waves of the size of a cell
 }
 
 }  // namespace talus::verify
