@@ -44,12 +44,21 @@ void on_signals(void (*action)(int)) {
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) std::signal(number, action);
 }
 
-void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone) {
+/// What a scheme other than two-way leaves out, by the run's own numbers; empty for two-way.
+std::string left_out(scene::Coupling::Scheme scheme, const sim::RunResult& result) {
+  using Scheme = scene::Coupling::Scheme;
+  if (scheme == Scheme::two_way) return {};
+  if (scheme == Scheme::rigid) return "Scheme rigid: the structures took no energy, and the blocks struck what does not give; scheme = \"two-way\" tells by how much that differs.";
+  return fmt::format("Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system (scheme = \"two-way\") they slow the blocks' rebound and the loads themselves.", result.audit.work_on_structure);
+}
+
+void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, const std::string& left_out) {
   const sim::RunCounters& n = result.counters;
   fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU\n", result.status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts, n.cpu_seconds);
   if (result.audit_made)
     fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse against momentum {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
                result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
+  if (!left_out.empty()) fmt::print("{}\n", left_out);
   if (!result.message.empty()) fmt::print("{}\n", result.message);
   fmt::print("Results: {}\n", directory.string());
 }
@@ -193,7 +202,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0);
+  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result));
   for (const std::string& text : io::summary_warnings(summary)) {
     recorder->log().warning("summary", {{"text", text}});
     fmt::print(stderr, "warning: {}\n", text);

@@ -8,6 +8,7 @@
 
 #include "core/error.hpp"
 #include "core/ranks.hpp"
+#include "sim/audit.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -124,15 +125,6 @@ InterfaceAudit audit_of(const World& w) {
   return audit;
 }
 
-/// What `audit = "strict"` finds wrong with the run; empty if nothing.
-std::string audit_failure(World& w, const InterfaceAudit& audit) {
-  constexpr double force_limit = 1e-12, impulse_limit = 1e-9, energy_limit = 0.01;
-  const double residual = w.energy_peak > 0 ? std::abs(w.ledger().residual) / w.energy_peak : 0;
-  if (audit.worst_force_imbalance <= force_limit && audit.impulse_defect <= impulse_limit && residual <= energy_limit) return {};
-  return fmt::format("audit: force imbalance {:.3g} (limit {}), impulse defect {:.3g} (limit {}), energy residual {:.3g} of the largest kinetic energy (limit {})",
-                     audit.worst_force_imbalance, force_limit, audit.impulse_defect, impulse_limit, residual, energy_limit);
-}
-
 void interrupted(RunResult& result, int signal, double time) {
   result.status = "interrupted";
   result.message = fmt::format("stopped by signal {} at t = {:.6g} s", signal, time);
@@ -198,7 +190,9 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     result.audit = audit_of(w);
     result.audit_made = w.system->counters().structure_steps + w.system->counters().condensed_steps > 0;
     if (s.coupling.strict && result.exit_code == 0 && result.audit_made) {
-      result.message = audit_failure(w, result.audit);
+      const LedgerRow ledger = w.ledger();
+      const double scale = w.energy_peak > 0 ? 1 / w.energy_peak : 0;
+      result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.algorithmic));
       if (!result.message.empty()) result.exit_code = 1;
     }
   }
