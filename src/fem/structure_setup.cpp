@@ -301,8 +301,9 @@ void FemStructure::preload() {
   }
   if (bars_) bars_->accept();
   moved();
-  still_ = !(residual > 1e-12 * scale);
-  if (!still_)
+  const bool balanced = !(residual > 1e-12 * scale);
+  still_ = balanced && spec_.initial_velocity.isZero();
+  if (!balanced)
     report_(fmt::format("structure {}: its weight finds no balance, {:.2g} of it is left (bars that yield, a deck that slides): it moves from the start",
                         spec_.name, std::sqrt(residual / scale)));
   if (!damage_) return;

@@ -54,3 +54,21 @@ TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
     EXPECT_NEAR(most, 2 * at_rest, 0.2 * at_rest);
   }
 }
+
+// With small strains weight and motion superpose: a velocity at the start swings a pier as far with gravity's preload as without.
+TEST(InitialVelocity, MovesWhatStandsUnderItsWeight) {
+  double most[2] = {0, 0};
+  for (const bool weight : {false, true}) {
+    StructureSpec s = cantilever(2, 16);
+    s.gravity_preload = weight;
+    s.initial_velocity = Vec3(1, 0, 0);
+    FemStructure pier(s, weight ? Vec3(0, 0, -9.81) : Vec3(Vec3::Zero()), silent);
+    EXPECT_FALSE(pier.quiet());
+    for (int k = 0; k < 10; ++k) {
+      pier.advance_alone(0.01 * k, 0.01);
+      most[weight] = std::max(most[weight], pier.probe_displacements()[0].x());
+    }
+  }
+  EXPECT_GT(most[0], 0.03);
+  EXPECT_NEAR(most[1], most[0], 1e-6 * most[0]);
+}
