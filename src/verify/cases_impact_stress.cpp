@@ -26,7 +26,7 @@ struct PierScene {
 std::string boulder(const std::string& damage, bool deck) {
   SceneText s(Method::by_accuracy(1e-3), 0.03, Vec3::Zero());
   s.history(3e-4).material("concrete", 2450, "f_cm = \"38 MPa\"").material("rock", 2600).interface("rock", "concrete", 0.6).interface("concrete", "concrete", 0.6);
-  const Vec3 at = deck ? Vec3(0, 2.3, 3.2) : Vec3(-4.2, 0.4, 9), v = deck ? Vec3(0, 0, -50) : Vec3(50, 0, 0);
+  const Vec3 at = deck ? Vec3(0, 2.3, 3.2) : Vec3(-4.7, 0.4, 9), v = deck ? Vec3(0, 0, -50) : Vec3(50, 0, 0);
   s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"EOTA221\"\nvolume = 115.0\nposition = " + vector(at) + "\ndeformable = false\n" + velocity(v) + turned(Vec3(0.2, 0.3, 0.1)));
   const std::string more = "preload = \"none\"\ndamage = \"" + damage + "\"\n[[structure.probe]]\nname = \"face\"\nat = " + vector(deck ? Vec3(0, 2.3, 0.5) : Vec3(-1, 0.4, 9)) + "\n";
   if (deck) return s.raw(structure_box("deck", Vec3(12, 5, 1), Vec3(0, 0, 0), {24, 10, 2}, "concrete", "support = [\"-x\", \"+x\"]\n" + more)).str();
