@@ -18,7 +18,8 @@ view.ViewSize = [1600, 1000]
 view.OrientationAxesVisibility = 1
 times = list(data.TimestepValues)
 impacts = summary.get("impacts", [])
-time = min(times, key=lambda t: abs(t - impacts[0]["peak_time"])) if impacts else times[-1]
+moving = [b for b in summary["blocks"] if not b["fixed"]]
+time = min(times, key=lambda t: abs(t - impacts[0]["peak_time"])) if impacts else times[-1]   # the first impact, or the end
 view.ViewTime = time
 GetTimeKeeper().Time = time
 data.UpdatePipeline(time)
@@ -67,6 +68,14 @@ if impacts:
     n = math.hypot(vx, vy) or 1
     view.CameraFocalPoint = point
     view.CameraPosition = [point[0] + (18 * vx - 24 * vy) / n, point[1] + (18 * vy + 24 * vx) / n, point[2] + 14]
+    view.CameraViewUp = [0, 0, 1]
+elif moving:
+    # Nothing was struck: the block that went farthest, where it lies, from downhill.
+    block = max(moving, key=lambda b: b["runout"])
+    (x0, y0, _), (x, y, z) = block["start"], block["end"]
+    n, size = math.hypot(x - x0, y - y0) or 1, block["volume"] ** (1 / 3)
+    view.CameraFocalPoint = [x, y, z]
+    view.CameraPosition = [x + 25 * size * (x - x0) / n, y + 25 * size * (y - y0) / n, z + 20 * size]
     view.CameraViewUp = [0, 0, 1]
 Render(view)
 if len(sys.argv) > 1 or "pvpython" in sys.executable:
