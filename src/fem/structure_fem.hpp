@@ -175,7 +175,10 @@ class FemStructure : public Structure {
   bool condensable() const;          // by what it is and what was asked for
   double lowest_frequency() const;   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
   double dissipation() const;        // of the last evaluation of the laws, not yet accepted [J]
+  double condensed_step(double t, double accuracy, double laws_share);   // the laws may take that part of the stored energy in a period of the first mode
+  double laws_may_take(double h) const;   // in a step [J]
   bool at_ease(double h) const;      // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
+  void begin_condensed(double t, double h, bool smoothed);   // `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed velocities
   void smooth_velocities(double h);
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
@@ -264,7 +267,7 @@ class FemStructure : public Structure {
   Vec3 dust_momentum_ = Vec3::Zero(), dust_spin_ = Vec3::Zero();   // what it left with, linear and about the origin
   double h_last_ = 0;                // 0: v_ is at the same time as u_
   bool starting_ = false;            // condensed steps have been begun from explicit ones, the first is not taken yet
-  double condensed_accuracy_ = 0;    // asked for by the last condensed_step()
+  double laws_share_ = 0;            // of the last condensed_step()
   double time_ = 0;
   AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
   double contact_step_ = 0;

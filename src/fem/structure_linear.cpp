@@ -60,10 +60,10 @@ double FemStructure::ringing_step(double t) {
   return longest;
 }
 
-/// By condensed steps alone; false: not now.
+/// By condensed steps alone; false: not now. What rubs in cracks is part of how it rings down, and explicit steps follow it.
 bool FemStructure::ring_on(double t, double duration) {
   const bool chosen = condensed_by_choice();
-  if (!(condensed_step(t, 1) > 0) || (!chosen && !loads_hold(t, t + duration))) return false;
+  if (!(condensed_step(t, 1, 0) > 0) || (!chosen && !loads_hold(t, t + duration))) return false;
   const double longest = std::min(std::sqrt(12 * period_error) / lowest_frequency(), ringing_step(t));
   long steps = 1;   // a power of two: few factors serve
   while (longest * static_cast<double>(steps) < duration * (1 - 1e-12)) steps *= 2;
@@ -71,7 +71,7 @@ bool FemStructure::ring_on(double t, double duration) {
   if (h < (chosen ? 1.0 : least_condensed_gain) * critical_step_) return false;
   for (long k = 0; k < steps; ++k) {
     const double now = t + duration * (static_cast<double>(k) / static_cast<double>(steps));
-    predict_condensed(now, h);
+    begin_condensed(now, h, false);
     if (correct_condensed(now, h, {})) continue;
     undo_condensed();
     struck(now);
