@@ -60,9 +60,9 @@ namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
-/// Of the columns of one node, and of those that are kept for later steps: of 128 nodes, or as many as 16 MB hold.
+/// Of the columns of one node, and of those that are kept for later steps: of 128 nodes, or as many as 32 MB hold.
 std::size_t bytes_of_column(int dofs) { return 3 * sizeof(double) * static_cast<std::size_t>(dofs); }
-std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * bytes_of_column(dofs), 16'000'000); }
+std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * bytes_of_column(dofs), 32'000'000); }
 
 /// How many lengths of step keep their factor, of so many bytes each.
 std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels); }
@@ -89,11 +89,10 @@ double FemStructure::dissipation() const {
 }
 
 /// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the motion what it was, to that accuracy.
-double FemStructure::laws_may_take(double h) const {
-  return std::max(1e-9, laws_share_ * h * lowest_frequency() / (2 * M_PI)) * std::abs(stored_part_);
+bool FemStructure::at_ease(double h) const {
+  const double allowed = std::max(1e-9, laws_share_ * h * lowest_frequency() / (2 * M_PI)) * std::abs(stored_part_);
+  return dissipation() <= allowed && !(damage_ && spec_.erosion && !spent_cells().empty());
 }
-
-bool FemStructure::at_ease(double h) const { return dissipation() <= laws_may_take(h) && !(damage_ && spec_.erosion && !spent_cells().empty()); }
 
 bool FemStructure::loads_hold(double from, double to) const {
   return std::all_of(loads_.begin(), loads_.end(), [&](const PatchLoad& load) {
@@ -299,13 +298,10 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
       contact += contact_impulse_[i] * mean;
     }
   }
-  // Cracks that open, close and rub within one step can drive the motion: of the energy in motion no more than a thousandth in a period.
-  const double lost = whole + contact - damping - gained - (stored_part_ - stored_before) - dissipation();
-  if (-lost > std::max(laws_may_take(h), 1e-3 * h * lowest_frequency() / (2 * M_PI) * reference_kinetic_)) return false;
   books_.contact_work += contact;
   books_.damping_work += damping;
   if (!loads_.empty()) books_.external_work += external;
-  books_.algorithmic += lost;
+  books_.algorithmic += whole + contact - damping - gained - (stored_part_ - stored_before) - dissipation();
   starting_ = false;
   stored_half_ = stored_part_;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);

@@ -176,7 +176,6 @@ class FemStructure : public Structure {
   double lowest_frequency() const;   // of the undamaged structure [rad/s]; negative: it has none, or moves freely
   double dissipation() const;        // of the last evaluation of the laws, not yet accepted [J]
   double condensed_step(double t, double accuracy, double laws_share);   // the laws may take that part of the stored energy in a period of the first mode
-  double laws_may_take(double h) const;   // in a step [J]
   bool at_ease(double h) const;      // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
   void begin_condensed(double t, double h, bool smoothed);   // `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed velocities
   void smooth_velocities(double h);
