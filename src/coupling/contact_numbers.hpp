@@ -7,11 +7,11 @@ namespace talus::coupling {
 /// `f` takes double and Vec3, const or to be set as `m` is.
 template <typename Memory, typename F>
 void each_number(Memory& m, F&& f) {
-  f(m.force); f(m.shear); f(m.normal_energy); f(m.shear_energy); f(m.crushed); f(m.indentation); f(m.offset); f(m.stiffness); f(m.growth); f(m.place); f(m.normal);
+  f(m.force); f(m.shear); f(m.normal_energy); f(m.shear_energy); f(m.crushed); f(m.indentation); f(m.offset); f(m.stiffness); f(m.growth); f(m.place); f(m.normal); f(m.lasted); f(m.shear_way);
 }
 
 /// How many numbers that are.
-constexpr std::size_t memory_numbers = 4 * 3 + 7;
+constexpr std::size_t memory_numbers = 5 * 3 + 8;
 
 /// Feature of a contact that another body, or the same two the other way round, knew under another name; found by none, so that the pair's contacts take it over.
 constexpr std::uint64_t handed_over = std::uint64_t{15} << 60;

@@ -137,8 +137,10 @@ class IslandStepper {
   double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
   bool deformable_structure(const Touch& touch) const { return moving_skin(touch.a); }
-  /// Step before this one of length h; as long where the stretch has none [s].
-  double length_before(double h) const { return last_length_ > 0 ? last_length_ : h; }
+  /// Step before this one of length h at a touch; as long where none is known [s].
+  double length_before(const Touch& t, double h) const { return t.lasted > 0 ? t.lasted : last_length_ > 0 ? last_length_ : h; }
+  /// From half step to half step about the start of the step, what an impulse of a leapfrog's stands for [s].
+  double between_half_steps(const Touch& t, double h) const { return 0.5 * (length_before(t, h) + h); }
   bool leapfrog() const { return !condensed_ && !island_->structures.empty(); }   // all contacts act at the start of the step, springs by the secant rule
   bool has_closed() const;
   double touch_gap() const { return 1e-7 * length_; }
@@ -176,7 +178,7 @@ class IslandStepper {
   void add_surface_row(Touch& touch, double h, bool first_pass);
   Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
-  void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) const;
+  void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref);
   void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
   bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
   double normal_compliance(const contact::ProblemContact& c) const;
@@ -202,6 +204,8 @@ class IslandStepper {
   double spring_energy_at_end(const Touch& touch, double h) const;
   bool laws_met(double h) const;
   Vec3 shear_at_end(const Touch& touch, double h) const;
+  Vec3 shear_way(const Touch& touch, double h) const;
+  double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moved_moments();

@@ -124,14 +124,14 @@ void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemCont
 
 /// Energy that the shear spring has taken up in the step [J].
 double IslandStepper::Booking::stretched(const Touch& t) const {
-  return t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * (of.shear_at_end(t, h).squaredNorm() - t.shear.squaredNorm()) : 0;
+  return of.shear_energy_at_end(t, h) - (t.shears_by_half ? t.sheared : 0.5 * t.shear_stiffness * t.shear.squaredNorm());
 }
 
 /// Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, c.impulse.tail<2>().dot(mean.tail<2>()));
-  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + of.length_before(h) * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
+  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + of.length_before(t, h) * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
   const double freed = of.freed_shear(t);

@@ -51,7 +51,8 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   memory.glued = t.glued && !memory.broken;
   if (t.shear_stiffness > 0) {
     memory.shear = shear_at_end(t, h);
-    memory.shear_energy = 0.5 * t.shear_stiffness * memory.shear.squaredNorm();
+    memory.shear_way = shear_way(t, h);
+    memory.shear_energy = shear_energy_at_end(t, h);
   }
   if (t.stiffness > 0) {
     memory.normal_energy = normal_energy_at_end(t);
@@ -64,6 +65,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
     memory.growth = t.normal_law.growth;
+    memory.lasted = leapfrog() ? h : 0;
   }
   if (memory.broken || memory.glued || memory.crushed > 0 || memory.normal_energy + memory.shear_energy > 0 || !c.impulse.isZero(0)) {
     if (t.of_part < 1 && !list.empty() && list.back().partner == memory.partner && list.back().feature == memory.feature) add_point(memory, list.back());

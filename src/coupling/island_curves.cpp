@@ -98,10 +98,9 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   double share = 1;   // of the dashpot's velocity that is the end's
   double lasts = h;   // between the half steps that it parts: as the structure's own forces
   if (t.mode == Mode::spring_secant) {
-    const double before = length_before(h);
-    force = t.normal_law.secant(-t.at.gap + before * t.approach, end, slope);
+    force = t.normal_law.secant(-t.at.gap + length_before(t, h) * t.approach, end, slope);
     share = 0.5;
-    lasts = 0.5 * (before + h);
+    lasts = between_half_steps(t, h);
   } else {
     force = t.normal_law.force(std::max(end, 0.0));
     slope = t.normal_law.slope(end);
@@ -122,11 +121,17 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   c.bias[0] = -c.compliance[0] * (lasts * force - lasts * slope * (t.gap_ref + end - h * t.u_ref) - (1 - share) * lasts * t.dashpot * t.approach);
 }
 
-/// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref.
-void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) const {
-  const Vec3 d = t.frame.transpose() * t.shear;   // elongation at the start
+/// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref. At a point of a structure
+/// that the step resolves its force is that of the mean of the elongations a step before and a step after, p = -k (h_- + h_+)/2 (s_nm + s_np)/2: the
+/// secant of a linear law, without loss.
+void IslandStepper::shear_row(Touch& t, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref) {
+  const Vec3 d = t.frame.transpose() * t.shear, way = t.frame.transpose() * t.shear_way;   // elongation at the start, and what the step before added
+  t.shears_by_half = t.mode == Mode::spring_secant && deformable_structure(t) && !t.normal_law.bed && h * h * t.shear_stiffness * normal_compliance(c) < 1;
   for (int i = 1; i < 3; ++i) {
-    if (t.mode == Mode::spring_mean) {
+    if (t.shears_by_half) {
+      c.compliance[i] = 2 / (between_half_steps(t, h) * h * t.shear_stiffness);
+      c.bias[i] = (2 * d[i] - way[i] + moved[i]) / h - u_ref[i];
+    } else if (t.mode == Mode::spring_mean) {
       c.compliance[i] = 4 / (h * h * t.shear_stiffness);
       c.bias[i] = 2 * (2 * d[i] + moved[i]) / h - u_ref[i];
     } else {
@@ -152,17 +157,32 @@ double IslandStepper::normal_energy_at_end(const Touch& t) const {
 }
 
 double IslandStepper::spring_energy_at_end(const Touch& t, double h) const {
-  return normal_energy_at_end(t) + (t.shear_stiffness > 0 ? 0.5 * t.shear_stiffness * shear_at_end(t, h).squaredNorm() : 0.0);
+  return normal_energy_at_end(t) + shear_energy_at_end(t, h);
+}
+
+/// A leapfrog's energy is that of the half step: the mean of both ends.
+double IslandStepper::shear_energy_at_end(const Touch& t, double h) const {
+  if (t.shear_stiffness == 0) return 0;
+  const Vec3 end = shear_at_end(t, h);
+  if (!t.shears_by_half) return 0.5 * t.shear_stiffness * end.squaredNorm();
+  return 0.25 * t.shear_stiffness * (end.squaredNorm() + (end - shear_way(t, h)).squaredNorm());
+}
+
+/// By which the step has stretched the shear spring; none where it let go.
+Vec3 IslandStepper::shear_way(const Touch& t, double h) const {
+  if (!t.shears_by_half || t.impulse.isZero(0)) return Vec3::Zero();
+  return shear_at_end(t, h) - t.shear;
 }
 
 Vec3 IslandStepper::shear_at_end(const Touch& t, double h) const {
   // Mean (or end) force over the step names the elongation; sliding shortens it to what friction holds.
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   const Vec3 force = t.frame.col(1) * c.impulse[1] + t.frame.col(2) * c.impulse[2];
-  const Vec3 held = -force / (h * t.shear_stiffness);
+  const Vec3 held = -force / ((t.shears_by_half ? between_half_steps(t, h) : h) * t.shear_stiffness);
+  const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+  if (t.shears_by_half) return slides ? held : Vec3(2 * held - (t.shear - t.shear_way));
   if (t.mode != Mode::spring_mean) return held;
   const Vec3 end = 2 * held - t.shear;
-  const bool slides = c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
   if (!slides) return end;
   // The mean of a force that follows friction's limit is the limit's mean; at the end it is the limit's end.
   const double longest = (c.friction * std::max(0.0, t.normal_law.force(t.indentation)) + c.cohesion / h) / t.shear_stiffness;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "coupling/island_body.hpp"
+#include "coupling/skin_carry.hpp"
 #include "coupling/touch_flush.hpp"
 
 namespace talus::coupling {
@@ -233,6 +234,8 @@ void IslandStepper::carry() {
     const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(pair.b)];
     const std::span touches = std::span(touches_).subspan(first, last - first);
     first = last;
+    if (leapfrog() && moving_skin(pair.a) && !presses_on_bed(model_, env_, pair))
+      leave_to_others(pair.a.id(), touches, memory, [this](const Touch& t) { return length_before(t, found_for_); });
     if (moving_skin(pair.a) || (touches.empty() && memory.empty())) continue;
     carry_springs(pair, touches, memory, leapfrog(), loose_);
     if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);

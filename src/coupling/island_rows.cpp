@@ -275,7 +275,8 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
     case Mode::idle: break;
   }
   if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
-    shear_row(t, c, h, with_structure && condensed_ && t.mode == Mode::spring_end ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
+    // What an impulse of the start of the step meets is the way of the point that it acts at, however deep inside the other side's point lies.
+    shear_row(t, c, h, kick || (with_structure && condensed_ && t.mode == Mode::spring_end) ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
   t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;

@@ -45,6 +45,7 @@ bool hand_over(const Environment& env, const dda::Model& model, SystemState& sta
     own.feature = handed_over | serial++;
     own.force *= -1;
     own.shear *= -1;
+    own.shear_way *= -1;
     own.normal *= -1;
     own.offset = own.crushed = 0;
     state.contacts[piece].push_back(own);

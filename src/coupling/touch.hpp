@@ -36,6 +36,9 @@ struct Crater {
   double depth = 0;         // [m]
 };
 
+/// Of a touch that goes on from none.
+constexpr std::uint64_t no_feature = born_inside;
+
 struct Touch {
   Partner a;
   int b = 0;                     // block, -1: a node of structure `b_structure`
@@ -53,8 +56,13 @@ struct Touch {
   bool energetic = false;        // it oscillates, or will, by more than that
   Mode spring = Mode::idle;      // rule of this step if it is sprung
   Vec3 shear = Vec3::Zero();     // shear spring at the start, world [m]
+  Vec3 shear_way = Vec3::Zero(); // by which the step before stretched it, world [m]
+  bool shears_by_half = false;   // its force is that between the half steps, without loss (IslandStepper::shear_row)
   Vec3 warm = Vec3::Zero();      // last mean force, world [N]
-  double stored = 0;             // energy of its springs at the start, as the ledger counts it [J]
+  double stored = 0;             // energy of its springs at the start, as the ledger counts it [J],
+  double sheared = 0;            // of which its shear spring's
+  double lasted = 0;             // length of the leapfrog's step before, 0: none known [s]
+  std::uint64_t goes_on_from = no_feature;   // ContactMemory::feature
   double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
   double of_part = 1;            // share of its part of a bed that one of several points carries

@@ -173,6 +173,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
   t.shear = last.shear - t.at.normal * t.at.normal.dot(last.shear);
   if (last.stiffness < t.stiffness) t.shear *= last.stiffness / t.stiffness;   // columns that join are not sheared
   t.stored = last.normal_energy + last.shear_energy;
+  t.lasted = last.lasted;
   t.broken = last.broken;
   t.persistent = !last.force.isZero(0);
 }

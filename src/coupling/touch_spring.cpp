@@ -10,8 +10,13 @@ namespace {
 
 void take_over(const ContactMemory& memory, Touch& t) {
   t.warm = memory.force;
-  t.shear = memory.shear - t.at.normal * t.at.normal.dot(memory.shear);
+  const auto in_plane = [&](const Vec3& x) { return Vec3(x - t.at.normal * t.at.normal.dot(x)); };
+  t.shear = in_plane(memory.shear);
+  t.shear_way = in_plane(memory.shear_way);
   t.stored = memory.normal_energy + memory.shear_energy;
+  t.sheared = memory.shear_energy;
+  t.lasted = memory.lasted;
+  t.goes_on_from = memory.feature;
   t.broken = memory.broken;
   t.glued = memory.glued;
   t.persistent = !memory.force.isZero(0);

@@ -54,7 +54,7 @@ int second_of(const dda::Model& model, int i, int j) {
 /// The same contact as seen by the other block, under a feature that none is found by: those that are take it over.
 ContactMemory seen_from_the_other(ContactMemory m, std::uint64_t serial) {
   if (m.feature != coupling::born_inside) m.feature = coupling::handed_over | serial;
-  m.force *= -1, m.shear *= -1, m.normal *= -1;
+  m.force *= -1, m.shear *= -1, m.shear_way *= -1, m.normal *= -1;
   return m;
 }
 
