@@ -30,7 +30,7 @@ namespace talus::contact {
 struct ProblemBody {
   int ndof = 6;      // 3 (a structure node), 6, 12, or any size (condensed structure)
   int offset = 0;    // into the stacked v
-  const double* mass = nullptr;          // A, ndof x ndof, column major, SPD
+  const double* mass = nullptr;          // A, ndof x ndof, column major, SPD; null for a condensed structure, of which A^-1 is all that is known
   const double* mass_inverse = nullptr;  // A^-1, ndof x ndof, column major
 };
 

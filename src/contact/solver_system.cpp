@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace talus::contact::detail {
 
@@ -83,13 +84,35 @@ Eliminated eliminate_normal(const Mat3& W) {
   return e;
 }
 
+namespace {
+
+/// Three rows of J become those of J M. A contact names a few of a skin's nodes: most columns of J are zero.
+void multiply_few(double* row, const double* M, int m) {
+  thread_local std::vector<int> named;
+  thread_local std::vector<double> entries;
+  named.clear(), entries.clear();
+  for (int q = 0; q < m; ++q) {
+    if (row[q] == 0 && row[m + q] == 0 && row[2 * m + q] == 0) continue;
+    named.push_back(q);
+    for (int i = 0; i < 3; ++i) entries.push_back(std::exchange(row[i * m + q], 0.0));
+  }
+  std::size_t first = 0;   // of the named columns that column c needs
+  for (int c = 0; c < m; ++c) {
+    while (first < named.size() && named[first] < c) ++first;
+    for (std::size_t k = first; k < named.size(); ++k)
+      for (int i = 0; i < 3; ++i) row[i * m + c] += entries[3 * k + static_cast<std::size_t>(i)] * M[c * m + named[k]];
+  }
+}
+
+}  // namespace
+
 /// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
 void System::take_body(const ContactProblem& problem, int active) {
   const ProblemBody& source = problem.bodies[body[active]];
   const int m = source.ndof;
   const double *A = source.mass, *B = source.mass_inverse, *v = problem.v_hat.data() + source.offset;
   double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active], *rest = held.data() + offset[active];
-  const auto fast = [&](int i) { return !(B[i * m + i] > 0 && std::isfinite(A[i * m + i])); };
+  const auto fast = [&](int i) { return !(B[i * m + i] > 0 && (A == nullptr || std::isfinite(A[i * m + i]))); };
   std::fill_n(M, static_cast<std::size_t>(m) * m, 0.0);
   std::fill_n(free, m, 0.0);
   std::fill_n(rest, m, 0.0);
@@ -106,6 +129,17 @@ void System::take_body(const ContactProblem& problem, int active) {
     const double root_of_pivot = std::sqrt(pivot);
     M[c * m + c] = root_of_pivot;
     free[c] = left / root_of_pivot;
+    if (m > 12) {   // a skin: by whole columns
+      const int below = m - c - 1;
+      Eigen::Map<VecX> column(M + c * m + c + 1, below);
+      column = Eigen::Map<const VecX>(B + c * m + c + 1, below);
+      for (int k = 0; k < c; ++k)
+        if (const double factor = M[k * m + c]; factor != 0) column.noalias() -= factor * Eigen::Map<const VecX>(M + k * m + c + 1, below);
+      column /= root_of_pivot;
+      for (int r = c + 1; r < m; ++r)
+        if (fast(r)) M[c * m + r] = 0;
+      continue;
+    }
     for (int r = c + 1; r < m; ++r) {
       if (fast(r)) continue;
       double sum = B[c * m + r];
@@ -189,11 +223,15 @@ void System::fill(const ContactProblem& problem, int contact) {
     const int m = terms[e].n;
     const double* M = root.data() + matrix[terms[e].body];
     double* row = J.data() + terms[e].at;
-    for (int c = 0; c < m; ++c) {   // column c of J M needs columns c and beyond of J
-      Vec3 sum = Vec3::Zero();
-      for (int q = c; q < m; ++q)
-        for (int i = 0; i < 3; ++i) sum[i] += row[i * m + q] * M[c * m + q];
-      for (int i = 0; i < 3; ++i) row[i * m + c] = sum[i];
+    if (m > 12) {
+      multiply_few(row, M, m);
+    } else {
+      for (int c = 0; c < m; ++c) {   // column c of J M needs columns c and beyond of J
+        Vec3 sum = Vec3::Zero();
+        for (int q = c; q < m; ++q)
+          for (int i = 0; i < 3; ++i) sum[i] += row[i * m + q] * M[c * m + q];
+        for (int i = 0; i < 3; ++i) row[i * m + c] = sum[i];
+      }
     }
     for (int i = 0; i < 3; ++i)
       for (int k = 0; k <= i; ++k) {

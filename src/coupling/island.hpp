@@ -291,7 +291,7 @@ class IslandStepper {
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
-  struct Skin { int structure; std::vector<int> node; MatX inverse, mass; VecX v_hat, v_before; };   // touched nodes, ascending; their W and W^-1
+  struct Skin { int structure; std::vector<int> node; MatX inverse; VecX v_hat, v_before; };   // touched nodes, ascending; their W
   std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;                // the structures take condensed steps
   bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+

@@ -7,8 +7,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Cholesky>
-
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
@@ -16,21 +14,6 @@ namespace {
 
 constexpr double least_gain = 4;          // explicit steps that a condensed one costs at most
 constexpr std::size_t most_faces = 200;   // touched at a time: the dense body costs the cube of their nodes
-
-/// Inverse of a symmetric matrix; rows that are zero (held) become unit rows.
-MatX inverse_of_free(const MatX& w) {
-  std::vector<int> free;
-  for (int i = 0; i < w.rows(); ++i)
-    if (w(i, i) > 0) free.push_back(i);
-  MatX part(free.size(), free.size());
-  for (std::size_t j = 0; j < free.size(); ++j)
-    for (std::size_t i = 0; i < free.size(); ++i) part(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) = w(free[i], free[j]);
-  const MatX inverse = part.llt().solve(MatX::Identity(part.rows(), part.cols()));
-  MatX a = MatX::Identity(w.rows(), w.cols());
-  for (std::size_t j = 0; j < free.size(); ++j)
-    for (std::size_t i = 0; i < free.size(); ++i) a(free[i], free[j]) = inverse(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
-  return a;
-}
 
 }  // namespace
 
@@ -152,7 +135,6 @@ void IslandStepper::gather_skins() {
     std::sort(skin.node.begin(), skin.node.end());
     skin.node.erase(std::unique(skin.node.begin(), skin.node.end()), skin.node.end());
     skin.inverse = part.structure->compliance(skin.node);
-    skin.mass = inverse_of_free(skin.inverse);
     const auto m = static_cast<Eigen::Index>(skin.node.size());
     skin.v_hat.resize(3 * m);
     skin.v_before.resize(3 * m);

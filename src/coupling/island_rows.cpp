@@ -366,15 +366,15 @@ void IslandStepper::finish_bodies() {
     p.offset = offset;
     offset += p.ndof;
     pool_offset_.push_back(pool_.size());
-    pool_.insert(pool_.end(), s.mass.data(), s.mass.data() + s.mass.size());
     pool_.insert(pool_.end(), s.inverse.data(), s.inverse.data() + s.inverse.size());
     problem_.v_hat.insert(problem_.v_hat.end(), s.v_hat.data(), s.v_hat.data() + s.v_hat.size());
     problem_.bodies.push_back(p);
   }
   for (std::size_t i = 0; i < problem_.bodies.size(); ++i) {
     const int n = problem_.bodies[i].ndof;
-    problem_.bodies[i].mass = pool_.data() + pool_offset_[i];
-    problem_.bodies[i].mass_inverse = pool_.data() + pool_offset_[i] + n * n;
+    const bool skin = i >= bodies_.size() + nodes_.size();
+    problem_.bodies[i].mass = skin ? nullptr : pool_.data() + pool_offset_[i];
+    problem_.bodies[i].mass_inverse = pool_.data() + pool_offset_[i] + (skin ? 0 : n * n);
   }
 }
 

@@ -42,16 +42,31 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
 
 class Factorization;
 
+/// L^-1 P e of one degree of freedom: zero but for the columns of the supernodes from its own to the root of the elimination tree.
+struct HalfColumn {
+  int supernode = -1;          // its own
+  std::vector<double> value;   // of all columns on the way, in the factor's order
+};
+
 /// Cholesky factor (CHOLMOD, supernodal, METIS: the module libtalus_cholmod.so).
 class CholeskyFactor {
  public:
-  /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite.
-  CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d);
+  /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite. `ordering`, if given, goes from one factor of a pattern to
+  /// the next: empty, it is found.
+  CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering = nullptr);
   ~CholeskyFactor();
   CholeskyFactor(const CholeskyFactor&) = delete;
   CholeskyFactor& operator=(const CholeskyFactor&) = delete;
   /// `columns` right-hand sides at once, one after the other in memory.
   void solve(const double* b, double* x, int columns = 1) const;
+  /// Halves of a solution, P A P^T = L L^T: with y_i = L^-1 P e_i an entry of the inverse is (A^-1)_ij = y_i . y_j, of which only the way that both have in
+  /// common to the root counts, and A^-1 sum f_i e_i = P^T L^-T sum f_i y_i. Their digits depend on nothing but the factor and the degrees of freedom.
+  HalfColumn half_column(int dof) const;
+  double product(const HalfColumn& a, const HalfColumn& b) const;
+  /// z += factor y, z in the factor's order, as many as there are degrees of freedom.
+  void add(const HalfColumn& column, double factor, double* z) const;
+  /// x = P^T L^-T z.
+  void back(const double* z, double* x) const;
   /// Of its values and pattern.
   std::size_t bytes() const;
 

@@ -7,12 +7,16 @@
 // keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
 // which is stable and vanishes with h. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
 //
+// W is made of halves of the solutions, W_ij = y_i . y_j with y_i = L^-1 P e_i, A = scale P^T L L^T P: of a node of the skin y is zero but for the way from its place in the
+// elimination tree to the root, a small part of the whole. What the contacts do beside v_hat is then one half more, P^T L^-T sum p_i y_i.
+//
 // After explicit steps parts of a structure ring faster than the step resolves. Of a node that a contact holds the midpoint rule would move the skin by h v_n / 2,
 // many times its amplitude, and friction would keep it there, strained. Where there is damping the first step is therefore that of backward Euler, theta = 1, from velocities
 // that h resolves, v = A^-1 M v_n [rannacher1984]: a node that is held stays where it is.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <unordered_map>
@@ -24,8 +28,14 @@ namespace talus::fem {
 
 struct Condensed {
   struct Column {
-    MatX value;                              // A^-1 of a node's three directions, a row per degree of freedom with mass x 3
+    std::array<HalfColumn, 3> half;          // of a node's three directions, none of one that is held or has no mass
+    std::unordered_map<int, Mat3> with;      // their products with those of nodes of no lower number, of A^-1
     long used = 0;                           // number of the last step that asked for it
+    std::size_t bytes() const {
+      std::size_t n = with.size() * (sizeof(Mat3) + 4 * sizeof(void*));
+      for (const HalfColumn& y : half) n += y.value.size() * sizeof(double);
+      return n;
+    }
   };
   /// One length of step. All of it follows from the structure and h: what is kept between steps changes no result.
   struct Level {
@@ -38,15 +48,17 @@ struct Condensed {
   void drop_idle_columns() {
     for (const auto& level : levels) std::erase_if(level->column, [this](const auto& entry) { return entry.second.used < step; });
   }
-  std::size_t columns() const {
+  std::size_t bytes_of_columns() const {
     std::size_t n = 0;
-    for (const auto& level : levels) n += level->column.size();
+    for (const auto& level : levels)
+      for (const auto& [node, column] : level->column) n += column.bytes();
     return n;
   }
   SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
+  std::vector<std::int64_t> ordering;        // of its factors
   long breaks = 0;                           // for which it was made
   std::vector<double> mass;                  // per free degree of freedom; 1 where none is left
-  std::vector<int> moving, row;              // those with mass; of each degree of freedom its place among them, -1: none
+  std::vector<char> moves;                   // of each degree of freedom, whether it has mass
   std::vector<std::unique_ptr<Level>> levels;   // the one in use last
   long step = 0;
   // the step at hand
@@ -60,9 +72,8 @@ namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
-/// Of the columns of one node, and of those that are kept for later steps: of 128 nodes, or as many as 32 MB hold.
-std::size_t bytes_of_column(int dofs) { return 3 * sizeof(double) * static_cast<std::size_t>(dofs); }
-std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * bytes_of_column(dofs), 32'000'000); }
+/// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
+std::size_t room_of_columns(int dofs) { return std::min<std::size_t>(128 * 3 * sizeof(double) * static_cast<std::size_t>(dofs), 32'000'000); }
 
 /// How many lengths of step keep their factor, of so many bytes each.
 std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels / std::max<std::size_t>(factor, 1), least_levels, most_levels); }
@@ -129,14 +140,13 @@ Condensed& FemStructure::condensed(double h) {
   stiffness();
   if (c.mass.empty() || c.breaks != breaks_) {
     c.levels.clear();
+    c.ordering.clear();
     c.breaks = breaks_;
     c.mass.assign(n, 1.0);
-    c.moving.clear();
-    c.row.assign(n, -1);
+    c.moves.assign(n, 0);
     for (std::size_t i = 0; i < mass_.size(); ++i)
       for (int k = 0; k < 3; ++k)
-        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moving.push_back(d);
-    for (std::size_t i = 0; i < c.moving.size(); ++i) c.row[static_cast<std::size_t>(c.moving[i])] = static_cast<int>(i);
+        if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
     const bool whole = std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
     c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(), &live_);
   }
@@ -153,26 +163,29 @@ Condensed& FemStructure::condensed(double h) {
   }
   if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) c.levels.erase(c.levels.begin());
   factor_.reset();   // that of the structure at rest is made again where it is asked for
-  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass}, theta, scale, {}}));
+  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass, &c.ordering}, theta, scale, {}}));
   return c;
 }
 
-const MatX& FemStructure::condensed_column(int node) {
+/// The columns of these nodes at the step at hand, in `used` marked as asked for.
+void FemStructure::find_columns(std::span<const int> nodes) {
   Condensed& c = *condensed_;
   Condensed::Level& level = *c.levels.back();
-  const int n = dofs_.size;
-  const auto found = level.column.find(node);
-  if (found != level.column.end()) {
-    found->second.used = c.step;
-    return found->second.value;
+  bool all = true;
+  for (const int node : nodes) {
+    const auto found = level.column.find(node);
+    if (found != level.column.end()) found->second.used = c.step;
+    else all = false;
   }
-  if (c.columns() * bytes_of_column(static_cast<int>(c.moving.size())) > room_of_columns(n)) c.drop_idle_columns();
-  MatX unit = MatX::Zero(n, 3), column(n, 3), kept(static_cast<Eigen::Index>(c.moving.size()), 3);
-  for (int k = 0; k < 3; ++k)
-    if (const int d = dofs_.number[node][k]; d >= 0) unit(d, k) = 1 / level.scale;
-  level.factor.solve(unit.data(), column.data(), 3);   // always three: the digits do not depend on what else is touched
-  for (std::size_t i = 0; i < c.moving.size(); ++i) kept.row(static_cast<Eigen::Index>(i)) = column.row(c.moving[i]);
-  return level.column.emplace(node, Condensed::Column{std::move(kept), c.step}).first->second.value;
+  if (all) return;
+  if (c.bytes_of_columns() > room_of_columns(dofs_.size)) c.drop_idle_columns();
+  for (const int node : nodes) {
+    const auto [at, fresh] = level.column.try_emplace(node);
+    if (!fresh) continue;
+    at->second.used = c.step;
+    for (std::size_t k = 0; k < 3; ++k)
+      if (const int d = dofs_.number[static_cast<std::size_t>(node)][k]; d >= 0 && c.moves[static_cast<std::size_t>(d)]) at->second.half[k] = level.factor.half_column(d);
+  }
 }
 
 void FemStructure::drop_condensed_levels() {
@@ -246,24 +259,48 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
 }
 
 MatX FemStructure::compliance(std::span<const int> nodes) {
-  const int m = static_cast<int>(nodes.size());
-  MatX w = MatX::Zero(3 * m, 3 * m);
-  for (int j = 0; j < m; ++j) {
-    const MatX& column = condensed_column(nodes[j]);
-    for (int i = 0; i < m; ++i)
-      for (int k = 0; k < 3; ++k)
-        if (const int d = dofs_.number[nodes[i]][k]; d >= 0 && condensed_->row[static_cast<std::size_t>(d)] >= 0) w.block<1, 3>(3 * i + k, 3 * j) = column.row(condensed_->row[static_cast<std::size_t>(d)]);
-  }
-  return 0.5 * (w + w.transpose());
+  find_columns(nodes);
+  Condensed::Level& level = *condensed_->levels.back();
+  std::vector<Condensed::Column*> column;
+  for (const int node : nodes) column.push_back(&level.column.find(node)->second);
+  const auto m = static_cast<Eigen::Index>(nodes.size());
+  MatX w(3 * m, 3 * m);
+  for (Eigen::Index i = 0; i < m; ++i)
+    for (Eigen::Index j = 0; j <= i; ++j) {
+      const bool ordered = nodes[static_cast<std::size_t>(i)] <= nodes[static_cast<std::size_t>(j)];
+      const Eigen::Index low = ordered ? i : j, high = ordered ? j : i;   // by the nodes' numbers: the digits do not depend on the order asked for
+      Condensed::Column &of = *column[static_cast<std::size_t>(low)], &other = *column[static_cast<std::size_t>(high)];
+      const auto [at, fresh] = of.with.try_emplace(nodes[static_cast<std::size_t>(high)]);
+      if (fresh)
+        for (int a = 0; a < 3; ++a)
+          for (int b = 0; b < 3; ++b) at->second(a, b) = level.factor.product(of.half[static_cast<std::size_t>(a)], other.half[static_cast<std::size_t>(b)]) / level.scale;
+      w.block<3, 3>(3 * low, 3 * high) = at->second;
+      w.block<3, 3>(3 * high, 3 * low) = at->second.transpose();
+    }
+  return w;
+}
+
+/// v_hat with what the impulses add to it.
+void FemStructure::push_condensed(std::span<const NodeImpulse> impulses) {
+  Condensed& c = *condensed_;
+  Condensed::Level& level = *c.levels.back();
+  std::vector<int> nodes;
+  for (const NodeImpulse& p : impulses)
+    if (!p.impulse.isZero(0)) nodes.push_back(p.node);
+  if (nodes.empty()) return;
+  find_columns(nodes);
+  VecX z = VecX::Zero(dofs_.size), moved(dofs_.size);
+  for (const NodeImpulse& p : impulses)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (p.impulse[static_cast<Eigen::Index>(k)] != 0) level.factor.add(level.column.find(p.node)->second.half[k], p.impulse[static_cast<Eigen::Index>(k)] / level.scale, z.data());
+  level.factor.back(z.data(), moved.data());
+  for (int d = 0; d < dofs_.size; ++d)
+    if (c.moves[static_cast<std::size_t>(d)]) c.v_hat[d] += moved[d];
 }
 
 bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) {
   Condensed& c = *condensed_;
-  for (const NodeImpulse& p : impulses)
-    if (!p.impulse.isZero(0)) {
-      const VecX moved = condensed_column(p.node) * p.impulse;
-      for (std::size_t i = 0; i < c.moving.size(); ++i) c.v_hat[c.moving[i]] += moved[static_cast<Eigen::Index>(i)];
-    }
+  push_condensed(impulses);
   const double stored_before = stored_part_;
   const AlignedVector external_before(f_ext_);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);

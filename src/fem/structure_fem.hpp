@@ -182,7 +182,8 @@ class FemStructure : public Structure {
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
   Condensed& condensed(double h);
-  const MatX& condensed_column(int node);
+  void find_columns(std::span<const int> nodes);
+  void push_condensed(std::span<const NodeImpulse> impulses);
   void drop_condensed_levels();      // they are made again when asked for
   double memory_of_condensed_steps();   // [bytes]
   // structure_break.cpp

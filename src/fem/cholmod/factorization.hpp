@@ -9,6 +9,10 @@ class Factorization {
  public:
   virtual ~Factorization() = default;
   virtual void solve(const double* b, double* x, int columns) = 0;
+  virtual HalfColumn half_column(int dof) = 0;
+  virtual double product(const HalfColumn& a, const HalfColumn& b) const = 0;
+  virtual void add(const HalfColumn& column, double factor, double* z) const = 0;
+  virtual void back(const double* z, double* x) = 0;
   virtual std::size_t bytes() const = 0;
 };
 

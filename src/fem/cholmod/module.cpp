@@ -1,9 +1,11 @@
 #include <cholmod.h>
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/types.hpp"
 #include "fem/cholmod/factorization.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
@@ -18,7 +20,7 @@ SuiteSparse_long* longs(void* p) { return static_cast<SuiteSparse_long*>(p); }
 
 class Supernodal : public Factorization {
  public:
-  Supernodal(const SymmetricMatrix& a, double shift, const std::vector<double>& d) : n_(a.n) {
+  Supernodal(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) : n_(a.n) {
     // BLAS with several threads may sum in another order: results must not depend on the machine's load. CHOLMOD itself shares loops among threads
     // that are too short for it, which then wait for each other at full load.
     if (openblas_set_num_threads) openblas_set_num_threads(1);
@@ -29,7 +31,7 @@ class Supernodal : public Factorization {
     common_.method[0].ordering = a.n > 2000 ? CHOLMOD_METIS : CHOLMOD_AMD;
     common_.postorder = 1;
     common_.print = 0;
-    factorize(a, shift, d);
+    factorize(a, shift, d, ordering);
     if (common_.status == CHOLMOD_OK && factor_ && factor_->minor == static_cast<std::size_t>(n_)) return;
     const int column_bad = factor_ ? static_cast<int>(factor_->minor) : -1;
     release();
@@ -38,16 +40,47 @@ class Supernodal : public Factorization {
   }
   ~Supernodal() override { release(); }
 
-  void solve(const double* b, double* x, int columns) override {
-    cholmod_dense rhs{};  // a view of the caller's numbers
-    rhs.nrow = rhs.d = static_cast<std::size_t>(n_);
-    rhs.ncol = static_cast<std::size_t>(columns);
-    rhs.nzmax = rhs.nrow * rhs.ncol;
-    rhs.x = const_cast<double*>(b);
-    rhs.xtype = CHOLMOD_REAL;
-    rhs.dtype = CHOLMOD_DOUBLE;
-    cholmod_l_solve2(CHOLMOD_A, factor_, &rhs, nullptr, &solution_, nullptr, &y_, &e_, &common_);
-    std::memcpy(x, solution_->x, sizeof(double) * rhs.nzmax);
+  void solve(const double* b, double* x, int columns) override { solve(CHOLMOD_A, b, x, columns); }
+
+  void back(const double* z, double* x) override {
+    solve(CHOLMOD_Lt, z, x, 1);
+    solve(CHOLMOD_Pt, x, x, 1);
+  }
+
+  HalfColumn half_column(int dof) override {
+    if (parent_.empty()) find_ways();
+    HalfColumn y;
+    y.supernode = supernode_[static_cast<std::size_t>(place_[static_cast<std::size_t>(dof)])];
+    y.value.resize(static_cast<std::size_t>(way_[static_cast<std::size_t>(y.supernode)]));
+    work_[place_[static_cast<std::size_t>(dof)]] = 1;
+    double* value = y.value.data();
+    for (int s = y.supernode; s >= 0; s = parent_[static_cast<std::size_t>(s)]) {
+      const SuiteSparse_long first = longs(factor_->super)[s], columns = longs(factor_->super)[s + 1] - first;
+      const SuiteSparse_long* rows = longs(factor_->s) + longs(factor_->pi)[s];
+      const SuiteSparse_long height = longs(factor_->pi)[s + 1] - longs(factor_->pi)[s], below = height - columns;
+      const Eigen::Map<const MatX> block(static_cast<const double*>(factor_->x) + longs(factor_->px)[s], height, columns);
+      Eigen::Map<VecX> x(work_.data() + first, columns);
+      block.topRows(columns).triangularView<Eigen::Lower>().solveInPlace(x);
+      pushed_.head(below).noalias() = block.bottomRows(below) * x;
+      for (SuiteSparse_long i = 0; i < below; ++i) work_[rows[columns + i]] -= pushed_[i];
+      value = std::copy_n(x.data(), columns, value);
+      x.setZero();
+    }
+    return y;
+  }
+
+  double product(const HalfColumn& a, const HalfColumn& b) const override {
+    int s = a.supernode, t = b.supernode;   // until they meet; parents have the larger number
+    while (s != t && s >= 0 && t >= 0) (s < t ? s : t) = parent_[static_cast<std::size_t>(s < t ? s : t)];
+    if (s != t || s < 0) return 0;
+    const int common = way_[static_cast<std::size_t>(s)];
+    return Eigen::Map<const VecX>(a.value.data() + a.value.size() - common, common).dot(Eigen::Map<const VecX>(b.value.data() + b.value.size() - common, common));
+  }
+
+  void add(const HalfColumn& y, double factor, double* z) const override {
+    const double* value = y.value.data();
+    for (int s = y.supernode; s >= 0; s = parent_[static_cast<std::size_t>(s)])
+      for (SuiteSparse_long c = longs(factor_->super)[s]; c < longs(factor_->super)[s + 1]; ++c) z[c] += factor * *value++;
   }
 
   std::size_t bytes() const override {
@@ -55,14 +88,57 @@ class Supernodal : public Factorization {
   }
 
  private:
-  void factorize(const SymmetricMatrix& a, double shift, const std::vector<double>& d) {
+  void solve(int system, const double* b, double* x, int columns) {
+    cholmod_dense rhs{};  // a view of the caller's numbers
+    rhs.nrow = rhs.d = static_cast<std::size_t>(n_);
+    rhs.ncol = static_cast<std::size_t>(columns);
+    rhs.nzmax = rhs.nrow * rhs.ncol;
+    rhs.x = const_cast<double*>(b);
+    rhs.xtype = CHOLMOD_REAL;
+    rhs.dtype = CHOLMOD_DOUBLE;
+    cholmod_l_solve2(system, factor_, &rhs, nullptr, &solution_, nullptr, &y_, &e_, &common_);
+    std::memcpy(x, solution_->x, sizeof(double) * rhs.nzmax);
+  }
+  /// The elimination tree by supernodes, and how many columns lie on the way from each to its root.
+  void find_ways() {
+    const auto supernodes = static_cast<std::size_t>(factor_->nsuper);
+    supernode_.resize(static_cast<std::size_t>(n_));
+    place_.resize(static_cast<std::size_t>(n_));
+    parent_.assign(supernodes, -1);
+    way_.resize(supernodes);
+    work_.setZero(n_);
+    SuiteSparse_long highest = 0;
+    for (int i = 0; i < n_; ++i) place_[static_cast<std::size_t>(longs(factor_->Perm)[i])] = i;
+    for (std::size_t s = 0; s < supernodes; ++s)
+      for (SuiteSparse_long c = longs(factor_->super)[s]; c < longs(factor_->super)[s + 1]; ++c) supernode_[static_cast<std::size_t>(c)] = static_cast<int>(s);
+    for (std::size_t s = supernodes; s-- > 0;) {
+      const SuiteSparse_long columns = longs(factor_->super)[s + 1] - longs(factor_->super)[s], height = longs(factor_->pi)[s + 1] - longs(factor_->pi)[s];
+      highest = std::max(highest, height);
+      way_[s] = static_cast<int>(columns);
+      if (height == columns) continue;
+      parent_[s] = supernode_[static_cast<std::size_t>(longs(factor_->s)[longs(factor_->pi)[s] + columns])];
+      way_[s] += way_[static_cast<std::size_t>(parent_[s])];
+    }
+    pushed_.resize(highest);
+  }
+  void factorize(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
     cholmod_sparse* s = cholmod_l_allocate_sparse(a.n, a.n, a.row.size(), 1, 1, -1, CHOLMOD_REAL, &common_);
     auto* value = static_cast<double*>(s->x);
     for (int c = 0; c <= a.n; ++c) longs(s->p)[c] = a.column[c];
     for (std::size_t k = 0; k < a.row.size(); ++k) longs(s->i)[k] = a.row[k], value[k] = a.value[k];
     if (shift != 0)
       for (int c = 0; c < a.n; ++c) value[a.column[c]] += shift * d[c];  // the diagonal comes first in its column
-    factor_ = cholmod_l_analyze(s, &common_);
+    static_assert(sizeof(SuiteSparse_long) == sizeof(std::int64_t));
+    if (ordering != nullptr && a.n > 2000) {
+      if (ordering->empty()) {
+        ordering->resize(static_cast<std::size_t>(a.n));
+        cholmod_l_metis(s, nullptr, 0, 1, longs(ordering->data()), &common_);
+      }
+      common_.method[0].ordering = CHOLMOD_GIVEN;
+      factor_ = cholmod_l_analyze_p(s, longs(ordering->data()), nullptr, 0, &common_);
+    } else {
+      factor_ = cholmod_l_analyze(s, &common_);
+    }
     cholmod_l_factorize(s, factor_, &common_);
     cholmod_l_free_sparse(&s, &common_);
   }
@@ -78,12 +154,14 @@ class Supernodal : public Factorization {
   cholmod_factor* factor_ = nullptr;
   cholmod_dense *solution_ = nullptr, *y_ = nullptr, *e_ = nullptr;
   int n_;
+  std::vector<int> place_, supernode_, parent_, way_;   // of a degree of freedom in the factor's order; of a column its supernode; of a supernode the next one on the way to the root, -1: none, and the columns on it
+  VecX work_, pushed_;                                  // zero between calls; of the rows below a supernode
 };
 
 }  // namespace talus::fem
 
 /// `factor` is given the factorization of A + shift * diag(d). Throws NumericalFailure if that is not positive definite.
 extern "C" __attribute__((visibility("default"))) void talus_factorize(std::unique_ptr<talus::fem::Factorization>& factor, const talus::fem::SymmetricMatrix& a,
-                                                                       double shift, const std::vector<double>& d) {
-  factor = std::make_unique<talus::fem::Supernodal>(a, shift, d);
+                                                                       double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
+  factor = std::make_unique<talus::fem::Supernodal>(a, shift, d, ordering);
 }

@@ -1,0 +1,84 @@
+// Halves of solutions: entries of the inverse and sums of columns are those of the whole solution, and do not depend on what else is asked.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+
+struct Column {
+  DofMap dofs;
+  SymmetricMatrix stiffness;
+  explicit Column(int across, int along) {
+    const HexMesh mesh = make_mesh(cantilever(across, along));
+    dofs.number.assign(mesh.nodes.size(), {-1, -1, -1});
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if (mesh.nodes[n].z() > 1e-9)
+        for (int k = 0; k < 3; ++k) dofs.number[n][static_cast<std::size_t>(k)] = dofs.size++;
+    stiffness = assemble_stiffness(mesh, dofs, 14e9, 18e9);
+  }
+};
+
+}  // namespace
+
+TEST(HalfColumns, GiveTheInverse) {
+  const Column pier(4, 24);
+  const CholeskyFactor factor(pier.stiffness, 0.0, {});
+  const int n = pier.dofs.size;
+  const std::vector<int> asked{0, 1, n / 3, n / 2 + 1, n - 1};
+  std::vector<HalfColumn> half;
+  for (const int d : asked) half.push_back(factor.half_column(d));
+  for (std::size_t j = 0; j < asked.size(); ++j) {
+    VecX unit = VecX::Zero(n), whole(n), back(n), z = VecX::Zero(n);
+    unit[asked[j]] = 1;
+    factor.solve(unit.data(), whole.data());
+    for (std::size_t i = 0; i < asked.size(); ++i) EXPECT_NEAR(factor.product(half[i], half[j]), whole[asked[i]], 1e-12 * whole.cwiseAbs().maxCoeff()) << i << ", " << j;
+    factor.add(half[j], 1, z.data());
+    factor.back(z.data(), back.data());
+    EXPECT_LT((back - whole).cwiseAbs().maxCoeff(), 1e-12 * whole.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST(HalfColumns, ArePartOfTheWhole) {
+  const Column pier(4, 48);
+  const CholeskyFactor factor(pier.stiffness, 0.0, {});
+  EXPECT_LT(factor.half_column(pier.dofs.size / 2).value.size(), static_cast<std::size_t>(pier.dofs.size) / 3);
+}
+
+TEST(HalfColumns, OfUnconnectedPartsHaveNothingInCommon) {
+  SymmetricMatrix a;   // two chains of two
+  a.n = 4;
+  a.column = {0, 2, 3, 5, 6};
+  a.row = {0, 1, 1, 2, 3, 3};
+  a.value = {2, -1, 2, 2, -1, 2};
+  const CholeskyFactor factor(a, 0.0, {});
+  const HalfColumn first = factor.half_column(0), second = factor.half_column(3);
+  EXPECT_EQ(factor.product(first, second), 0);
+  EXPECT_NEAR(factor.product(first, first), 2.0 / 3, 1e-15);
+  EXPECT_EQ(factor.product(first, HalfColumn{}), 0);   // of a direction that is held
+}
+
+/// Which other nodes are asked for, in which order, and what was asked before changes no digit.
+TEST(HalfColumns, ComplianceIsTheSameWhateverElseIsAsked) {
+  const auto begun = [](FemStructure& s) {
+    s.predict_condensed(0, 20 * s.critical_step());
+    return s.compliance(std::vector<int>{40, 70});
+  };
+  StructureSpec spec = cantilever(2, 8);
+  FemStructure one(spec, Vec3::Zero(), silent), other(spec, Vec3::Zero(), silent);
+  const MatX first = begun(one);
+  other.predict_condensed(0, 20 * other.critical_step());
+  const MatX more = other.compliance(std::vector<int>{70, 55, 40});
+  EXPECT_EQ((first.block<3, 3>(0, 0) - more.block<3, 3>(6, 6)).cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ((first.block<3, 3>(0, 3) - more.block<3, 3>(6, 0)).cwiseAbs().maxCoeff(), 0);
+  EXPECT_EQ((more - more.transpose()).cwiseAbs().maxCoeff(), 0);
+  // An impulse moves what the compliance says.
+  std::vector<NodeImpulse> push{{70, Vec3(3, -1, 2)}};
+  ASSERT_TRUE(one.correct_condensed(0, 20 * one.critical_step(), push));
+  EXPECT_LT((one.node_velocity(40) - first.block<3, 3>(0, 3) * push[0].impulse).norm(), 1e-12 * one.node_velocity(70).norm());
+}
