@@ -355,7 +355,17 @@ least_volume = "2 m^3"
 """ + joint_set("J1", J1, (0, 0, lift)) + joint_set("J2", J2, (0, -0.4 - SPACING["J2"], BRINK_Z)) + joint_set("J3", J3, (-1.0, -9, BRINK_Z + 5)) + joint_set("J4", J4, (0.1, -9, BRINK_Z + 5))
 
 
-def structure_viaduct(kind, spans, cell):
+def refined(kind, cell):
+    """Cells of that size all over the middle pier and its cap."""
+    foot, half = ground(kind, 0, AXIS_Y), (PIER_ALONG / 2, PIER_ACROSS / 2)
+    return f"""
+[[structure.refine]]
+cell_size = "{cell:g} m"
+region = {{ min = [{-half[0]:g}, {AXIS_Y - half[1]:g}, {foot:.9g}], max = [{half[0]:g}, {AXIS_Y + half[1]:g}, {DECK_TOP - DECK_DEPTH - 0.1:g}] }}
+"""
+
+
+def structure_viaduct(kind, spans, cell, more=""):
     x0 = -SPAN * spans / 2
     return f"""
 [[material]]
@@ -382,7 +392,7 @@ support = ["-z"]
 preload = "gravity"
 damage = "concrete"
 damping_ratio = 0.02
-
+{more}
 # The decks: a solid slab of 20 m span would crack under its own weight (4.9 MPa at midspan, f_t 3.5 MPa) without prestress.
 [[structure.rebar]]
 part = "deck"
@@ -428,11 +438,13 @@ def main():
     write_obj(os.path.join(HERE, "rock-mass.obj"), region, HEX_FACES, "K4580 rock mass, closed region")
     points, h = boulder()
     print(f"boulder: {volume(points):.6f} m3, {h:.3f} m high; rock mass region: {volume(region):.1f} m3")
+    breaking = law("rock", "slope") + law("rock", "C40") + law("C40", "C40") + law("C40", "slope")
     for kind in SLOPES:
         laws = law("rock", "slope") + law("rock", "concrete")
         write(f"../k4580-boulder/{kind}.toml", head(f"K4580 boulder, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + laws + boulder_block() + rigid_viaduct(kind))
         write(f"../k4580-rock-mass/{kind}.toml", head(f"K4580 rock mass, {TITLES[kind]}", 38, 0.1, 0.05) + site(kind) + MATERIALS + law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "concrete", 0) + rigid_viaduct(kind) + rock_mass())
-        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 38 if kind == "deep" else 20, 0.1) + site(kind) + MATERIALS + law("rock", "slope") + law("rock", "C40") + law("C40", "C40") + law("C40", "slope") + boulder_block() + structure_viaduct(kind, 4, 0.5))
+        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 38 if kind == "deep" else 20, 0.1) + site(kind) + MATERIALS + breaking + boulder_block() + structure_viaduct(kind, 4, 0.5))
+    write("../k4580-viaduct-damage/deep-fine.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES['deep']}, finer cells in the middle pier", 38, 0.1) + site("deep") + MATERIALS + breaking + boulder_block() + structure_viaduct("deep", 4, 0.5, refined("deep", 0.25)))
     laws = law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "C40", 0) + law("C40", "C40", 0) + law("C40", "slope", 0)
     write("../k4580-viaduct-damage/rock-mass-deep.toml", head(f"K4580 rock mass on the breaking viaduct, {TITLES['deep']}", 38, 0.1, 0.05) + site("deep") + MATERIALS + laws + rock_mass() + structure_viaduct("deep", 4, 0.5))
 
