@@ -151,6 +151,7 @@ class IslandStepper {
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
   bool event_driven() const { return static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
+  double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
 
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;

@@ -267,7 +267,7 @@ void IslandStepper::gather_touches() {
     touches_.insert(touches_.end(), of.begin(), of.end());
     flush_pair_.push_back(of.empty() ? 0 : 1);
   }
-  drop_internal_edges(model_, state_, env_, flush(), touches_);
+  drop_internal_edges(model_, state_, env_, flush(), flush_skins(), touches_);
   std::size_t t = 0;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)
     for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;

@@ -46,12 +46,12 @@ struct Support {
 
 class EdgeFilter {
  public:
-  EdgeFilter(const dda::Model& m, const dda::State& s, const Environment& env, double flush, const std::vector<Touch>& touches)
-      : model_(m), state_(s), env_(env), flush_(flush), touches_(touches), dropped_(touches.size(), 0) {
+  EdgeFilter(const dda::Model& m, const dda::State& s, const Environment& env, double flush, double at_skins, const std::vector<Touch>& touches)
+      : model_(m), state_(s), env_(env), flush_(flush), at_skins_(at_skins), touches_(touches), dropped_(touches.size(), 0) {
     const auto each_side = [&](auto&& use) {
       for (std::size_t i = 0; i < touches.size(); ++i) {
         const Touch& t = touches[i];
-        if (t.at.gap > flush || (t.stiffness == 0 && t.at.gap < -flush)) continue;   // pressed into each other, no plane parts them
+        if (const double none = step_at(t); t.at.gap > none || (t.stiffness == 0 && t.at.gap < -none)) continue;   // pressed into each other, no plane parts them
         if (t.b >= 0) use(static_cast<std::size_t>(t.b), i);
         if (t.a.kind == Partner::Kind::block) use(static_cast<std::size_t>(t.a.index), i);
       }
@@ -68,12 +68,15 @@ class EdgeFilter {
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
   bool internal(std::size_t i) {
     const Touch& t = touches_[i];
-    if (t.at.area > 0 || t.a.kind == Partner::Kind::plane) return false;
+    if ((t.at.area > 0 && !at_skin(t)) || t.a.kind == Partner::Kind::plane) return false;
     dropped_[i] = slides(t, t.b) || (t.a.kind == Partner::Kind::block && slides(t, t.a.index)) ? 1 : 0;
     return dropped_[i] != 0;
   }
 
  private:
+  bool at_skin(const Touch& t) const { return t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface; }
+  /// Height of a step that is none, on this side.
+  double step_at(const Touch& t) const { return at_skin(t) ? at_skins_ : flush_; }
   static Support support(const Touch& s, int block) {
     const Vec3& n = s.at.normal;
     if (s.b == block) return {n, n.dot(s.at.point_b), n.dot(s.at.point_a)};
@@ -85,14 +88,15 @@ class EdgeFilter {
     for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
       if (dropped_[resting_[k]] != 0) continue;
       const Touch& s = touches_[resting_[k]];
-      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q, lowest_[k])) return true;
+      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q, std::max(step_at(s), step_at(t)), lowest_[k])) return true;
     }
     return false;
   }
 
-  /// True if the plane has block q above and the other body of t below it. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
-  bool parts(const Support& p, const Touch& t, int q, double& lowest) const {
-    const double low = std::min(p.block_level, p.partner_level) - flush_, high = std::max(p.block_level, p.partner_level) + flush_;
+  /// True if the plane has block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
+  bool parts(const Support& p, const Touch& t, int q, double step, double& lowest) const {
+    if (t.at.area > 0 && std::abs(p.block_level - p.partner_level) > step) return false;   // what has sunk in overlaps the other side's faces, too
+    const double low = std::min(p.block_level, p.partner_level) - step, high = std::max(p.block_level, p.partner_level) + step;
     const bool q_is_b = t.b == q;
     // Most are told apart by the touched points alone.
     if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
@@ -115,7 +119,7 @@ class EdgeFilter {
   const dda::Model& model_;
   const dda::State& state_;
   const Environment& env_;
-  double flush_;
+  double flush_, at_skins_;
   const std::vector<Touch>& touches_;
   std::vector<char> dropped_;
   mutable std::vector<double> lowest_;         // of each of resting_
@@ -124,8 +128,8 @@ class EdgeFilter {
 
 }  // namespace
 
-void drop_internal_edges(const dda::Model& m, const dda::State& s, const Environment& env, double flush, std::vector<Touch>& touches) {
-  EdgeFilter filter(m, s, env, flush, touches);
+void drop_internal_edges(const dda::Model& m, const dda::State& s, const Environment& env, double flush, double at_skins, std::vector<Touch>& touches) {
+  EdgeFilter filter(m, s, env, flush, at_skins, touches);
   thread_local std::vector<char> drop;
   drop.assign(touches.size(), 0);
   bool any = false;

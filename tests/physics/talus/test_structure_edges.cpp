@@ -95,5 +95,32 @@ TEST(StructureEdges, ATowerLeansPastARim) {
   }
 }
 
+/// A cube slides with friction over the joint of two girders, the second `step` higher [m]; how far it comes, and how high it gets.
+std::pair<double, double> over_a_joint(double step, const std::string& law, double turned_by = 0) {
+  SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
+  s.history(0.01).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0.4, law);
+  s.box("B", Vec3::Constant(0.4), Vec3(-0.45, 0.03, 0.4), "velocity = [2.0, 0.0, 0.0]\n" + turned(Vec3(0, 0, turned_by)));
+  for (const double x : {-0.75, 0.75})
+    s.raw(structure_box(x < 0 ? "first" : "second", Vec3(1.5, 1, 0.4), Vec3(x, 0, x > 0 ? step : 0), {8, 5, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.02\n"));
+  const Outcome o = run_scene(s.str());
+  EXPECT_TRUE(o.ok()) << o.result.message;
+  double high = 0;
+  for (const sim::HistoryRow& r : o.rows) high = std::max(high, r.position[0].z());
+  return {o.rows.back().position[0].x() + 0.45, high};
+}
+
+/// What carries the cube has sunk by less than a micrometre, and the end face of the second girder stood in its way: it stopped there, and pitched over.
+TEST(StructureEdges, JointsOfFlushGirdersAreSlidAcross) {
+  const double way = 2 * 0.3 - 0.5 * 0.4 * 9.81 * 0.09;
+  for (const auto& [law, angle] : {std::pair{"normal_stiffness = \"hard\"", 0.0}, std::pair{"normal_stiffness = \"1e9 N/m\"", 0.2}}) {
+    const auto [gone, high] = over_a_joint(0, law, angle);
+    EXPECT_NEAR(gone, way, 1e-3 * way) << law << ", turned by " << angle;
+    EXPECT_LT(high, 0.4001) << law << ", turned by " << angle;
+  }
+}
+
+/// A step that is one stops it.
+TEST(StructureEdges, StepsAreNoJoints) { EXPECT_LT(over_a_joint(5e-3, "normal_stiffness = \"hard\"").first, 0.35); }
+
 }  // namespace
 }  // namespace talus::verify
