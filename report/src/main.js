@@ -215,6 +215,19 @@ function choose(pick) {
   }
   readout();
 }
+// What is chosen in a table is looked at above it, where the keys go on.
+function chooseFromTable(kind, index) {
+  if (index < 0) return;
+  choose({ kind, index });
+  location.hash = "#playback";
+  $("view").focus({ preventScroll: true });
+}
+// Structures, then blocks, by the keys: what a click picks in the view.
+function chooseBeside(direction) {
+  const all = [...structures.keys()].map((index) => ({ kind: "structure", index })).concat([...blocks.keys()].map((index) => ({ kind: "block", index })));
+  const at = all.findIndex((x) => x.kind === chosen.kind && x.index === chosen.index);
+  if (all.length) choose(all[at < 0 ? (direction > 0 ? 0 : all.length - 1) : (at + direction + all.length) % all.length]);
+}
 
 // ---- 3D view
 const view = scene.view;
@@ -347,14 +360,14 @@ function tables() {
   table(at, "How sure", "verified: closed form; validated: experiment; extrapolated: neither", [t("quantity", (r) => r.quantity), { name: "level", get: (r) => r.level, text: true, level: true }, { name: "basis", get: (r) => r.basis, long: true }], summary.confidence || []);
   table(at, "Impacts", "force low-passed at 300 Hz, and the mean over the hardest single sub-step, which depends on cells and contact law", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("force, 300 Hz", "kN", (r) => force(r) / 1e3), n("single sub-step", "kN", (r) => r.peak_force / 1e3),
     n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
-  table(at, "Structures", "base reactions without the preload", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || []);
+  table(at, "Structures", "base reactions without the preload; click a row to select the structure", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || [], { onPick: (r) => chooseFromTable("structure", structures.findIndex((s) => s.name === r.name)) });
   const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
   if (members.length) table(at, "Members", "V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => 100 * r.residual_drift_ratio), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => (r.damage_class === null ? "–" : `${r.damage_class} ${r.damage_class_name}`))], members);
   if (meta.capacity) table(at, "Residual axial capacity", "greatest load on the top of each member between rigid plates; reserve: capacity now over permanent load", [t("structure", (r) => r.structure), t("member", (r) => r.member), n("as built", "kN", (r) => r.capacity_built / 1e3), n("now", "kN", (r) => r.capacity_now / 1e3), n("now/built", "", (r) => r.ratio), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("reserve", "", (r) => r.reserve), t("damage", (r) => (r.damage_class === null ? "" : `${r.damage_class} ${r.damage_class_name}`))], meta.capacity);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
   table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
     { name: "equation", get: (r) => r.equation, detail: true }, { name: "inputs", get: (r) => r.inputs, detail: true }, { name: "source", get: (r) => `${r.source} (${r.status})`, detail: true }, { name: "note", get: (r) => r.note, detail: true }], summary.formulas || []);
-  table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("left the model", "s", (r) => r.left), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => { choose({ kind: "block", index: blocks.indexOf(r) }); location.hash = "#playback"; } });
+  table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("left the model", "s", (r) => r.left), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => chooseFromTable("block", blocks.indexOf(r)) });
   const e = summary.energy || {};
   table(at, "Energy ledger", "work since the start; dissipation positive", [t("entry", (r) => r[0]), n("energy", "kJ", (r) => r[1] / 1e3, 6)], [["energy at the start", e.start], ["external work", e.external_work], ["energy at the end", e.end], ["dissipated by friction", e.friction_work], ["dissipated by damping and restitution", e.damping_work], ["dissipated by damage", e.damage_work], ["dissipated by the time integration", e.algorithmic], ["residual at the end", e.residual_end], ["worst residual", e.residual_worst]].filter((r) => r[1] !== undefined && r[1] !== null));
   const a = summary.audit;
@@ -373,18 +386,20 @@ if (!(summary.plan || []).length) $("plan").hidden = true;
 $("footer").textContent = `Written by Talus. Coordinates are those of the scene; the view is shifted by (${data.origin.join(", ")}) m. ${nf} instants and ${meta.terrain ? `${meta.terrain.shown} of ${meta.terrain.triangles} triangles of the terrain` : "no terrain"} are kept here; results.h5 holds everything.`;
 
 // ---- keyboard
-const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
+const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer, farther"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
 const dialog = $("help");
 dialog.append(make("h2", { textContent: "Keyboard" }), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
 dialog.addEventListener("click", () => dialog.close());
 $("help-button").addEventListener("click", () => dialog.showModal());
 document.addEventListener("keydown", (e) => {
-  if (e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
+  if (dialog.open || e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
   if (e.target.tagName === "BUTTON" && (e.key === " " || e.key === "Enter")) return;
   if (e.target.tagName === "INPUT" && e.target !== slider) return;
   const step = nf > 1 ? length / (nf - 1) : 0.01, select = $("speed"), camera = presets[+e.key - 1];
+  const turn = (across, up, nearer = 1) => { if (open3d) scene.turn(across * 0.15, up * 0.1, nearer); };
   const actions = {
     " ": () => play(!playing), ArrowLeft: () => setTime(time - step * (e.shiftKey ? 10 : 1)), ArrowRight: () => setTime(time + step * (e.shiftKey ? 10 : 1)), Home: () => setTime(data.start), End: () => setTime(data.end),
+    a: () => turn(-1, 0), d: () => turn(1, 0), w: () => turn(0, 1), s: () => turn(0, -1), i: () => turn(0, 0, 0.8), o: () => turn(0, 0, 1.25), n: () => chooseBeside(1), b: () => chooseBeside(-1),
     ",": () => jump(-1), ".": () => jump(1), "?": () => dialog.showModal(), t: () => $("theme").click(), f: fullscreen, p: screenshot, Escape: close,
     "-": () => { select.selectedIndex = Math.max(0, select.selectedIndex - 1); speed = +select.value; }, "+": () => { select.selectedIndex = Math.min(select.length - 1, select.selectedIndex + 1); speed = +select.value; },
     c: () => { const f = $("field"); if (f) { f.selectedIndex = (f.selectedIndex + 1) % f.length; f.dispatchEvent(new Event("change")); } },

@@ -441,6 +441,16 @@ export const cameras = {
   },
 };
 
+// By the keys: about the point that is looked at, across and up in radians, distances times `nearer`.
+export function turn(across, up, nearer) {
+  const way = camera.position.clone().sub(controls.target), level = Math.hypot(way.x, way.y), length = way.length() * nearer;
+  const azimuth = Math.atan2(way.y, way.x) + across, height = Math.min(Math.max(Math.atan2(way.z, level) + up, -1.5), 1.5);
+  camera.position.copy(controls.target).add(new Vector3(Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height)).multiplyScalar(Math.min(length, controls.maxDistance)));
+  glide = null;
+  controls.update();
+  dirty = true;
+}
+
 export function select(kind, index) {
   if (batch && selected.kind === "block") batch.setColorAt(selected.index, rock(selected.index));
   selected = { kind, index };

@@ -35,14 +35,19 @@ export function table(parent, title, note, columns, rows, { limit = 25, onPick }
         else td.textContent = c.text || typeof v !== "number" ? v ?? "–" : c.show ? text(v, c.unit, c.digits) : number(v, c.digits || 4);
         return td;
       }));
-      if (onPick) { tr.className = "pick"; tr.addEventListener("click", () => onPick(r, i)); }
+      if (onPick) {
+        tr.className = "pick";
+        tr.tabIndex = 0;
+        tr.addEventListener("click", () => onPick(r, i));
+        tr.addEventListener("keydown", (e) => { if (e.key === "Enter" || e.key === " ") { e.preventDefault(); e.stopPropagation(); onPick(r, i); } });
+      }
       return details.length ? [tr, detail(r)] : [tr];
     }));
   };
   fill(limit);
   const box = make("div", { className: "table" },
     make("header", {}, make("b", { textContent: title }), make("span", { textContent: note || "" }), button),
-    make("div", { className: "scroll" }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit.replaceAll(" ", "\u00a0")}]` : c.name })))), body)));
+    make("div", { className: "scroll", tabIndex: 0, role: "region", ariaLabel: title }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit.replaceAll(" ", "\u00a0")}]` : c.name })))), body)));
   if (rows.length > limit) {
     const more = make("button", { className: "more", textContent: `Show all ${rows.length}` });
     more.addEventListener("click", () => { fill(rows.length); more.remove(); });

@@ -15,6 +15,7 @@ async function withPage(extra, options, file, work) {
   const context = await launcher.launchPersistentContext(profile, { executablePath: chromium, headless: true, args: [...flags, ...extra], viewport: { width: 1440, height: 1000 }, offline: true, ...options });
   try {
     const page = context.pages()[0] || (await context.newPage()), errors = [];
+    page.setDefaultTimeout(120000);   // drawn in software, on a crowded machine
     page.on("console", (m) => { if (m.type() === "error") errors.push(m.text()); });
     page.on("pageerror", (e) => errors.push(String(e)));
     page.on("request", (r) => { if (!/^(file|data|blob):/.test(r.url())) errors.push(`network: ${r.url()}`); });
@@ -32,6 +33,22 @@ async function withPage(extra, options, file, work) {
   }
 }
 const shot = (page, name, options) => (pictures ? page.screenshot({ path: path.join(pictures, `${name}.png`), ...options }) : null);
+// Texts below the contrast of 4.5 that WCAG 2.1 AA asks for, on plain grounds.
+function lowContrast() {
+  const canvas = document.createElement("canvas").getContext("2d", { willReadFrequently: true });
+  const rgba = (color) => { canvas.clearRect(0, 0, 1, 1); canvas.fillStyle = color; canvas.fillRect(0, 0, 1, 1); const [r, g, b, a] = canvas.getImageData(0, 0, 1, 1).data; return [r, g, b, a / 255]; };
+  const luminance = ([r, g, b]) => [r, g, b].map((v) => (v / 255 <= 0.04045 ? v / 255 / 12.92 : ((v / 255 + 0.055) / 1.055) ** 2.4)).reduce((s, v, i) => s + v * [0.2126, 0.7152, 0.0722][i], 0);
+  const found = new Set(), walk = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+  for (let node = walk.nextNode(); node; node = walk.nextNode()) {
+    const e = node.parentElement;
+    if (!node.textContent.trim() || !e.checkVisibility() || e.closest("script, style, .skip, .stage")) continue;   // the stage is seen through
+    let ground = null;
+    for (let at = e; at && !ground; at = at.parentElement) { const c = rgba(getComputedStyle(at).backgroundColor); if (c[3] > 0.5) ground = c; }
+    const [a, b] = [luminance(rgba(getComputedStyle(e).color)), luminance(ground)].sort((x, y) => y - x);
+    if ((a + 0.05) / (b + 0.05) < 4.5) found.add(`${((a + 0.05) / (b + 0.05)).toFixed(2)} ${e.tagName}.${e.className}: ${node.textContent.trim().slice(0, 30)}`);
+  }
+  return [...found];
+}
 const software = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
 const only = process.env.TALUS_BROWSER_ONLY;
 const tests = {
@@ -74,6 +91,28 @@ const tests = {
       await page.waitForSelector("#panel .uplot");
       await shot(page, "picked-block");
       await page.keyboard.press("Escape");
+
+      // The same without a mouse: what to select, from where to look.
+      for (const [key, kind] of [["n", "structure"], ["n", "block"], ["b", "structure"]]) {
+        await page.keyboard.press(key);
+        assert.deepEqual(await page.evaluate(() => window.talus.chosen), { kind, index: 0 });
+      }
+      await page.keyboard.press("Escape");
+      for (const key of ["a", "w", "i"]) {
+        const place = await page.evaluate(() => window.talus.onScreen(0));
+        await page.keyboard.press(key);
+        assert.notDeepEqual(await page.evaluate(() => window.talus.onScreen(0)), place, `${key} moves the view`);
+      }
+      for (const [title, kind] of [["Structures", "structure"], ["Blocks", "block"]]) {
+        await page.locator(".table", { has: page.locator("header b", { hasText: title }) }).locator("tr.pick").first().focus();
+        await page.keyboard.press("Enter");
+        assert.equal((await page.evaluate(() => window.talus.chosen)).kind, kind, `a row of the table ${title}`);
+        await page.keyboard.press("Escape");
+      }
+      await page.keyboard.press("?");
+      await page.keyboard.press(" ");
+      assert.equal(await page.evaluate(() => window.talus.playing), false, "keys act on the help alone while it is open");
+      await page.evaluate(() => document.getElementById("help").close());
 
       const now = await page.evaluate(() => window.talus.time);
       await page.keyboard.press("ArrowRight");
@@ -128,6 +167,13 @@ const tests = {
       assert.equal(copied.split("\n").length, 2);
       assert.equal(copied.split("\n")[0].split("\t").length, copied.split("\n")[1].split("\t").length);
     });
+  },
+  async "texts are told from their ground in both themes"() {
+    for (const colorScheme of ["light", "dark"])
+      await withPage(software, { colorScheme }, "one", async (page) => {
+        const faint = await page.evaluate(lowContrast);
+        assert.deepEqual(faint, [], colorScheme);
+      });
   },
   async "a phone's width has no sideways scrolling"() {
     await withPage(software, { viewport: { width: 390, height: 844 }, colorScheme: "light" }, "one", async (page) => {
