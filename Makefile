@@ -44,13 +44,7 @@ bench: build
 docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
 	@$(BUILD)/talus --man > docs/talus.1
-	@set -e; for suite in dda fem coupling stability; do \
-	  case $$suite in dda|fem) form=;; *) form=--quick;; esac; \
-	  $(BUILD)/talus verify $$suite $$form -o $(BUILD)/verify-$$suite > $(BUILD)/verify-$$suite.txt || [ $$? -eq 1 ]; \
-	  tail -2 $(BUILD)/verify-$$suite.txt; \
-	  python3 docs/results/tables.py $(BUILD)/verify-$$suite/verify.json docs/results/verification-$$suite.md $$suite; \
-	  for plot in $(BUILD)/verify-$$suite/*.svg; do [ ! -e docs/results/$${plot##*/} ] || cp $$plot docs/results/; done; \
-	done
+	@scripts/results.sh $(BUILD)
 
 fuzz:
 	@test -f build/fuzz/build.ninja || cmake --preset fuzz
