@@ -4,7 +4,10 @@
 #include <limits>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "coupling/island_body.hpp"
+#include "coupling/name_contacts.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -177,7 +180,7 @@ void IslandStepper::reject() {
 }
 
 IslandReport IslandStepper::fail_at_smallest_step() {
-  report_.failure = "the contact problem could not be solved at the smallest step";
+  report_.failure = fmt::format("the contact problem could not be solved at the smallest step (residual {:.2g} of the speeds there, {} contacts: {})", residual_, problem_.contacts.size(), name_contacts(model_, touches_));
   return report_;
 }
 
