@@ -188,7 +188,6 @@ class IslandStepper {
   /// repeated: rows anew about an end that was not solved; what they contradict each other by still is taken. last_resort: the convex
   /// problem's solution, tier E, rather than none.
   enum class Effort { provisional, full, repeated, last_resort };
-  contact::SolveSettings solve_settings(double h, Effort effort, bool small, bool still) const;
   bool solve(double h, Effort effort);
   // island_rolling.cpp
   void add_rolling_rows();

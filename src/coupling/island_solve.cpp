@@ -1,8 +1,8 @@
 // The smooth part of a step: rows about its end, solved, moved, and again; and how closely.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "coupling/closeness.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
 #include "coupling/unearned.hpp"
@@ -79,44 +79,18 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
 
 }  // namespace
 
-contact::SolveSettings IslandStepper::solve_settings(double h, Effort effort, bool small, bool still) const {
-  contact::SolveSettings settings;
-  // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
-  settings.velocity_scale = small || h == 0 ? speed_ : std::clamp(fastest_, 1e-4 * speed_, speed_);
-  // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
-  const bool sub_step = h > 0 && !condensed_ && !island_->structures.empty();
-  // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
-  // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among themselves may.
-  const bool blocks_in_sub_step = sub_step && !island_->blocks.empty();
-  const double lasting = blocks_in_sub_step ? std::max(h, 2 * std::sqrt(settings_.accuracy * length_ / std::max(model_.gravity.norm(), 1e-12))) : h;
-  const double allowed = h > 0 ? 0.1 * settings_.accuracy * length_ / lasting / settings.velocity_scale : 0;
-  const double coarse = std::clamp(settings_.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
-  settings.tolerance = small ? (sub_step ? 1e-9 : 1e-12) * coarse : still ? 1e-9 : std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * settings_.accuracy), std::clamp(0.1 * settings_.accuracy, 1e-8, 1e-4));
-  // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
-  // what that end is off; those of a provisional pass need not be solved closer.
-  if (small && sub_step) settings.sufficient = std::max(1e-7, 1e-3 * settings_.accuracy);
-  else if (small) settings.sufficient = effort == Effort::provisional ? 1e-7 : 1e-10 * coarse;
-  else if (blocks_in_sub_step) settings.sufficient = std::max(settings.tolerance, settings_.accuracy);   // of a search that stalls
-  else if (still)   // where the sticking touches of a heap contradict each other: 1e-9 of the island's speed, or what a block at rest may move by
-    settings.sufficient = std::max(1e-5, still_speed(model_, h) / settings.velocity_scale);
-  else if (h > 0 && in_heap())   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
-    settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * speed_ / settings.velocity_scale, allowed}));
-  // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
-  double largest = 0;
-  for (const contact::ProblemContact& c : problem_.contacts) largest = std::max(largest, c.bias.cwiseAbs().maxCoeff());
-  const double round_off = std::numeric_limits<double>::epsilon() * largest / settings.velocity_scale;
-  settings.tolerance = std::max(settings.tolerance, 16 * round_off);
-  settings.sufficient = std::max(settings.sufficient, 4096 * round_off);
-  return settings;
-}
-
 bool IslandStepper::solve(double h, Effort effort) {
   if (problem_.contacts.empty()) {
     problem_.v = problem_.v_hat;
     return true;
   }
   const bool small = problem_.contacts.size() <= many_contacts || event_driven(), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
-  contact::SolveSettings settings = solve_settings(h, effort, small, still);
+  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(),
+                   // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
+                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .speed = speed_, .fastest = fastest_,
+                   .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
+  for (const contact::ProblemContact& c : problem_.contacts) step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
+  contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_heap() && !small && !still;
   const auto attempt = [&] {
@@ -130,29 +104,13 @@ bool IslandStepper::solve(double h, Effort effort) {
     return r;
   };
   contact::SolveReport r = attempt();
-  const bool no_better = effort == Effort::last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
+  const bool last_resort = effort == Effort::last_resort, no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
-  // Where touches contradict each other by so little no other rows would help: taken as it is.
-  if (!r.converged && no_better && small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) {
-    r.converged = true;
-    r.tier = 'C';
-  }
-  // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large islands are.
-  const bool sub_step = h > 0 && !condensed_ && !island_->structures.empty();
-  if (!r.converged && effort == Effort::last_resort && sub_step && r.residual <= 0.1 * settings_.accuracy) {
-    r.converged = true;
-    r.tier = 'C';
-  }
-  if (r.converged && !small && r.residual > settings.tolerance) r.tier = 'C';
-  certified_ = r.converged;
-  if (!r.converged && still && !small && h > 0 && r.residual <= settings_.accuracy) {   // a step like any other, though it proves no rest
-    r.converged = true;
-    r.tier = 'C';
-  }
-  if (!r.converged && effort == Effort::last_resort && h > 0) {   // impulses of no duration are left to the step
+  certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
+  if (!r.converged && last_resort && h > 0) {   // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
     settings.exact_coulomb = false;
-    settings.sufficient = sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
+    settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
     for (contact::ProblemContact& c : problem_.contacts) {   // a little give: what is jammed between friction cones has no largest force
       c.compliance.array() += 1e-7 * normal_compliance(c);
       c.impulse.setZero();
