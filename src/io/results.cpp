@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "io/bytes.hpp"
@@ -43,6 +44,16 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
   return c;
 }
 
+/// From what the recorder kept of the scene. The wording of a remedy hangs on it, no more: what is not there counts as by accuracy.
+Steps steps_of(const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory / "scene.resolved.json";
+  if (!std::filesystem::exists(file)) return Steps::by_accuracy;
+  const nlohmann::json scene = nlohmann::json::parse(read_file(file), nullptr, false);
+  const nlohmann::json::json_pointer method("/simulation/method"), step("/simulation/step");
+  if (scene.contains(method) && scene.at(method) == "dda-1988") return Steps::scheme_1988;
+  return scene.contains(step) ? Steps::fixed : Steps::by_accuracy;
+}
+
 BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
   const std::filesystem::path journal = directory / "journal.bin";
   Count c = count(journal, limit);
@@ -61,6 +72,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     write_geometry(file, c.header);
     FieldWriter fields(file, c.header);
     std::optional<SummaryBuilder> summary;
+    const Steps steps = steps_of(directory);
     RecordCodec codec;
     JournalReader reader(journal, limit);
     RecordKind kind;
@@ -68,7 +80,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     std::vector<double> field_times;
     while (reader.next(kind, payload)) {
       switch (kind) {
-        case RecordKind::header: summary.emplace(decode_header(payload)); break;
+        case RecordKind::header: summary.emplace(decode_header(payload), steps); break;
         case RecordKind::extend:
           if (summary) summary->extend(decode_blocks(payload));
           break;

@@ -37,7 +37,7 @@ double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 
 }  // namespace
 
-SummaryBuilder::SummaryBuilder(const sim::RunHeader& header) {
+SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps) : steps_(steps) {
   header_.title = header.title;
   header_.duration = header.duration;
   header_.crs = header.crs;
@@ -168,6 +168,17 @@ double SummaryBuilder::failed_before_strike(std::size_t structure) const {
   return loss < 0 || header_.structures[structure].loaded || (first != nullptr && first->start <= loss) ? -1 : loss;
 }
 
+/// What lessens the energy that the scheme itself takes or makes, by the keys that this run's steps go by.
+std::string SummaryBuilder::against_algorithmic() const {
+  const std::string springs = "; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness";
+  switch (steps_) {
+    case Steps::by_accuracy: return "Set a lower simulation.accuracy" + springs;
+    case Steps::fixed: return "Set a shorter simulation.step, or simulation.accuracy in its place" + springs;
+    case Steps::scheme_1988: break;
+  }
+  return "It is the scheme of 1988 that does so: see whether it lessens with a shorter simulation.step, or take simulation.method = \"talus\"";
+}
+
 std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   constexpr double allowed = 0.01;   // of the largest kinetic energy
   constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
@@ -177,8 +188,8 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
   if (std::abs(last_.algorithmic) > allowed * scale && kinetic_peak_ > least * mass)
     list.push_back(fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy ({}), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
-                               "not resolve (energy.algorithmic). Set a lower simulation.accuracy, or a shorter simulation.step where steps are fixed; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness",
-                               last_.algorithmic > 0 ? "took" : "made", engineering(std::abs(last_.algorithmic), "J"), 100 * std::abs(last_.algorithmic) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_));
+                               "not resolve (energy.algorithmic). {}",
+                               last_.algorithmic > 0 ? "took" : "made", engineering(std::abs(last_.algorithmic), "J"), 100 * std::abs(last_.algorithmic) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_, against_algorithmic()));
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "

@@ -47,10 +47,13 @@ struct Impact {
   double filtered_force = 0;             // greatest low-passed force, set when the text is made [N]
 };
 
+/// What the lengths of a run's steps go by: simulation.accuracy, simulation.step, or the step that the scheme of 1988 is given.
+enum class Steps { by_accuracy, fixed, scheme_1988 };
+
 /// Fed with the rows in their order; holds only what the summary needs.
 class SummaryBuilder {
  public:
-  explicit SummaryBuilder(const sim::RunHeader& header);
+  explicit SummaryBuilder(const sim::RunHeader& header, Steps steps = Steps::by_accuracy);
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
@@ -97,6 +100,7 @@ class SummaryBuilder {
   const Impact* first_strike(std::size_t structure) const;
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
+  std::string against_algorithmic() const;
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
@@ -108,6 +112,7 @@ class SummaryBuilder {
   void add_to_structure(StructureTrack& s, const sim::ContactRow& row);
 
   sim::RunHeader header_;  // without terrain
+  Steps steps_;
   std::vector<BlockTrack> blocks_;
   std::vector<LastGround> ground_of_;     // empty without an edge
   Raster ground_;                         // heights of the terrain, coarse

@@ -179,6 +179,27 @@ TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
   EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
 }
 
+/// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988 knows none.
+TEST(Recorder, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
+  const sim::RunHeader header = small().header();
+  const auto says = [&](io::Steps steps, const char* what) {
+    io::SummaryBuilder builder(header, steps);
+    for (int i = 0; i < 2; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = -2.2e6 * i;
+      builder.add(row);
+    }
+    return io::summary_warnings(builder.text(nullptr)).at(0).find(what) != std::string::npos;
+  };
+  using io::Steps;
+  EXPECT_TRUE(says(Steps::by_accuracy, "a lower simulation.accuracy"));
+  EXPECT_FALSE(says(Steps::by_accuracy, "simulation.step"));
+  EXPECT_TRUE(says(Steps::fixed, "a shorter simulation.step"));
+  EXPECT_TRUE(says(Steps::scheme_1988, "a shorter simulation.step"));
+  EXPECT_FALSE(says(Steps::scheme_1988, "accuracy"));
+}
+
 TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
   using json = nlohmann::json;
   const Scratch scratch;
