@@ -29,5 +29,22 @@ TEST(StiffnessCheck, WeightMayNotSinkABlockInByATenthOfItsInradius) {
   EXPECT_EQ(said("\"" + number(1.01 * weight / 0.05) + " Pa/m\""), "");
 }
 
+/// A law of materials that nothing in the scene brings together is not judged: of two blocks on a plane, their own against each other is.
+TEST(StiffnessCheck, OnlyWhatCanMeetIsJudged) {
+  const auto problems = [](bool second) {
+    SceneText s(Method::by_accuracy(1e-3), 0.01);
+    s.material("rock", 2500).interface("rock", "ground", 0.5).interface("rock", "rock", 0.5, "normal_stiffness = 1e4").plane(Vec3::UnitZ()).box("B", Vec3::Ones(), Vec3(0, 0, 0.5));
+    if (second) s.box("C", Vec3::Ones(), Vec3(3, 0, 0.5));
+    try {
+      run_scene(s.str());
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(problems(false), "");
+  EXPECT_NE(problems(true).find("interface.rock/rock.normal_stiffness"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace talus::verify
