@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 #include <fmt/format.h>
 
@@ -78,20 +77,6 @@ double settles(const ContactLaw& law, const dda::Model::Block& block, double gra
   return weight / (law.normal_stiffness * std::max(largest_face(*block.shape), 0.6 * r * r));
 }
 
-/// Which materials what does not fall has: planes, terrain, structures.
-std::vector<char> standing(const coupling::Environment& env, const std::vector<StructureSpec>& structures, int materials) {
-  std::vector<char> there(static_cast<std::size_t>(materials), 0);
-  const auto mark = [&](int material) { there[static_cast<std::size_t>(material)] = 1; };
-  for (const Plane& p : env.planes) mark(p.material);
-  for (const StructureSpec& q : structures) mark(q.material);
-  if (env.terrain) {
-    const TriangleSurface& ground = env.terrain->surface();
-    if (ground.material.empty()) mark(ground.default_material);
-    for (const int m : ground.material) mark(m);
-  }
-  return there;
-}
-
 }  // namespace
 
 void Builder::check_stiffness() {
@@ -99,18 +84,13 @@ void Builder::check_stiffness() {
   const scene::Scene& s = world_->scene;
   const double gravity = model_.gravity.norm();
   const int n = env_.laws.materials;
-  const std::vector<char> stands = standing(env_, s.structures, n);
-  std::vector<int> blocks(static_cast<std::size_t>(n), 0);
-  for (const dda::Model::Block& b : model_.blocks) ++blocks[static_cast<std::size_t>(b.material)];
-  // True if a block of material i has something of material j to lie on.
-  const auto meets = [&](int i, int j) { return stands[static_cast<std::size_t>(j)] != 0 || blocks[static_cast<std::size_t>(j)] > (i == j ? 1 : 0); };
   for (int i = 0; i < n; ++i)
     for (int j = i; j < n; ++j) {
       const ContactLaw& law = env_.laws(i, j);
       const dda::Model::Block* worst = nullptr;
       double depth = 0;
       for (const dda::Model::Block& b : model_.blocks) {
-        if (b.ndof() == 0 || !((b.material == i && meets(i, j)) || (b.material == j && meets(j, i)))) continue;
+        if (b.ndof() == 0 || (b.material != i && b.material != j)) continue;
         const double d = settles(law, b, gravity);
         if (d > told * b.shape->inradius && (!worst || d / b.shape->inradius > depth / worst->shape->inradius)) worst = &b, depth = d;
       }

@@ -29,7 +29,7 @@ TEST(StiffnessCheck, WeightMayNotSinkABlockInByATenthOfItsInradius) {
   EXPECT_EQ(said("\"" + number(1.01 * weight / 0.05) + " Pa/m\""), "");
 }
 
-/// A law of materials that nothing in the scene brings together is not judged: of two blocks on a plane, their own against each other is.
+/// The reader keeps laws of materials that something in the scene brings together, and those alone are judged: of two blocks on a plane, their own against each other.
 TEST(StiffnessCheck, OnlyWhatCanMeetIsJudged) {
   const auto problems = [](bool second) {
     SceneText s(Method::by_accuracy(1e-3), 0.01);
