@@ -1,114 +1,17 @@
 #include "fem/assumed_strain.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace talus::fem {
-namespace {
-
-using Points = double[8];
-
-/// One stage of the two transforms below: pairs of numbers that differ in one bit.
-template <int stride, class Use>
-inline void each_two(double* v, Use use) {
-#pragma GCC unroll 8
-  for (int i = 0; i < 8; ++i)
-    if ((i & stride) == 0) use(v[i], v[i + stride]);
-}
-
-template <class Use>
-inline void all_stages(double* v, Use use) {
-  each_two<1>(v, use);
-  each_two<2>(v, use);
-  each_two<4>(v, use);
-}
-
-/// Sums over the points with the signs of the functions 0 to 7 (bits: xi, eta, zeta), in place.
-inline void walsh(double* v) {
-  all_stages(v, [](double& a, double& b) {
-    const double low = a, high = b;
-    a = low + high;
-    b = high - low;
-  });
-}
-
-/// From the functions' numbers to their sums at the points, in place.
-inline void at_points(double* v) {
-  all_stages(v, [](double& a, double& b) {
-    const double even = a, odd = b;
-    a = even - odd;
-    b = even + odd;
-  });
-}
-
-/// The tensor R^T e R (or R e R^T: back) at each point; `half` of a shear's number is its component.
-void turn(const double* axes, bool back, double half, Points* e) {
-  const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> r(axes);
-  for (int q = 0; q < 8; ++q) {
-    Mat3 t;
-    t << e[0][q], half * e[5][q], half * e[4][q], half * e[5][q], e[1][q], half * e[3][q], half * e[4][q], half * e[3][q], e[2][q];
-    t = back ? Mat3(r * t * r.transpose()) : Mat3(r.transpose() * t * r);
-    e[0][q] = t(0, 0), e[1][q] = t(1, 1), e[2][q] = t(2, 2);
-    e[3][q] = t(1, 2) / half, e[4][q] = t(2, 0) / half, e[5][q] = t(0, 1) / half;
-  }
-}
-
-}  // namespace
-
-AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson(nu), turned(false) {
+AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson(nu) {
   double volume = 0;
   for (int q = 0; q < 8; ++q) volume += weight[q] = point_jacobian(mesh, cell, q).determinant();
   for (double& w : weight) w /= volume;
+  even = std::all_of(weight, weight + 8, [](double w) { return std::abs(w - 0.125) < 1e-14; });
   const Mat3 r = cell_axes(mesh, cell);
   turned = !r.isIdentity(1e-14);
   for (int i = 0; i < 9; ++i) axes[i] = r(i / 3, i % 3);
-}
-
-void AssumedStrain::assume(double (&e)[6][8]) const {
-  if (turned) turn(axes, false, 0.5, e);
-  const double closed = poisson / (1 - poisson);
-  Points mode[6], out[6] = {};
-  for (int k = 0; k < 6; ++k) {
-    double mean = 0;
-    for (int q = 0; q < 8; ++q) mean += weight[q] * e[k][q], mode[k][q] = 0.125 * e[k][q];
-    walsh(mode[k]);
-    out[k][0] = mean;
-  }
-  for (int d = 0; d < 3; ++d) {
-    const int a = (d + 1) % 3, b = (d + 2) % 3, linear = 1 << d, product = 7 - linear;
-    out[a][linear] += mode[a][linear], out[b][linear] += mode[b][linear];
-    out[d][linear] -= closed * (mode[a][linear] + mode[b][linear]);
-    out[3 + d][linear] = mode[3 + d][linear];
-    out[d][product] += mode[d][product];
-    out[a][product] -= poisson * mode[d][product], out[b][product] -= poisson * mode[d][product];
-  }
-  for (int k = 0; k < 6; ++k) {
-    at_points(out[k]);
-    std::copy(out[k], out[k] + 8, e[k]);
-  }
-  if (turned) turn(axes, true, 0.5, e);
-}
-
-void AssumedStrain::transpose(const double (*stress)[8], double (&out)[6][8]) const {
-  for (int k = 0; k < 6; ++k) std::copy(stress[k], stress[k] + 8, out[k]);
-  if (turned) turn(axes, false, 1, out);
-  const double closed = poisson / (1 - poisson);
-  Points mode[6], sum[6] = {};
-  for (int k = 0; k < 6; ++k) {
-    for (int q = 0; q < 8; ++q) mode[k][q] = 0.125 * out[k][q];
-    walsh(mode[k]);
-  }
-  for (int d = 0; d < 3; ++d) {
-    const int a = (d + 1) % 3, b = (d + 2) % 3, linear = 1 << d, product = 7 - linear;
-    sum[a][linear] = mode[a][linear] - closed * mode[d][linear];
-    sum[b][linear] = mode[b][linear] - closed * mode[d][linear];
-    sum[3 + d][linear] = mode[3 + d][linear];
-    sum[d][product] = mode[d][product] - poisson * (mode[a][product] + mode[b][product]);
-  }
-  for (int k = 0; k < 6; ++k) {
-    at_points(sum[k]);
-    for (int q = 0; q < 8; ++q) out[k][q] = weight[q] * mode[k][0] + 0.125 * sum[k][q];
-  }
-  if (turned) turn(axes, true, 1, out);
 }
 
 ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk) {

@@ -12,7 +12,7 @@
 /// counted alike at the eight points: a linear displacement has no rest, so that a patch of distorted cells strains evenly. Green-Lagrange strains go the same way, and forces stay the
 /// derivative of an energy. After [belytschko1993], whose stabilisation of one point this is, with the points kept for the laws.
 ///
-/// Arrays [component][point], components xx yy zz yz zx xy, shears engineering.
+/// law_points.hpp applies them and their transpose for the laws, kernel.hpp for elastic cells.
 #pragma once
 #include "core/types.hpp"
 #include "fem/hex_mesh.hpp"
@@ -25,15 +25,10 @@ struct AssumedStrain {
   double weight[8];      // of the mean, sum 1
   double axes[9];        // R, row major
   double poisson;
-  bool turned;           // R is not 1
+  bool turned, even;     // R is not 1; the weights are all 1/8
 
   AssumedStrain() = default;
   AssumedStrain(const HexMesh& mesh, int cell, double poisson);
-
-  /// From the strains of the displacements, in place.
-  void assume(double (&strain)[6][8]) const;
-  /// The transpose: of stresses at the points, of an eighth of the volume each, to what does their work on the strains of the displacements, for the volume 1.
-  void transpose(const double (*stress)[8], double (&out)[6][8]) const;
 };
 
 /// Stiffness of an elastic cell, node by node xyz [N/m].

@@ -5,7 +5,6 @@
 #include <cstring>
 
 #include "core/error.hpp"
-#include "fem/law_points.hpp"
 #include "fem/material_cdpm2.hpp"
 
 namespace talus::fem {
@@ -47,32 +46,14 @@ template <> struct History<Cdpm2> {
 
 constexpr double path_increment = 0.25;   // of the strain and the peak strain, for the law to be integrated within a per cent
 
-/// The share of `way`, from `strain` on, in which no point strains by more than its increment; 1 or more: all of it.
-double path_share(const double (&strain)[6][8], const double (&way)[6][8], double peak) {
-  double least = 1e300;
-  for (int q = 0; q < 8; ++q) {
-    double here = 0, length = 0;
-    for (int k = 0; k < 6; ++k) {
-      const double weight = k < 3 ? 1 : 0.5;
-      here += weight * strain[k][q] * strain[k][q];
-      length += weight * way[k][q] * way[k][q];
-    }
-    least = std::min(least, path_increment * (peak + std::sqrt(here)) / (std::sqrt(length) + 1e-300));
-  }
-  return least;
+/// Has the memory sent for while there is other work: a cell's history and geometry are some 4 kB that nothing else needs.
+template <class T>
+void fetch(const T& object, bool to_write) {
+  const char* const start = reinterpret_cast<const char*>(&object);
+  for (std::size_t at = 0; at < sizeof(T); at += 64) to_write ? __builtin_prefetch(start + at, 1) : __builtin_prefetch(start + at, 0);
 }
 
-/// Not less than what any point of a cell strained by in the last step, but for the change of length by rotations in it.
-double largest_way(const LawGeometry& g, const Motion& motion) {
-  double shortest = 1e300, sum = 0;
-  for (const auto& e : g.frame.edge) shortest = std::min(shortest, e[0] * e[0] + e[1] * e[1] + e[2] * e[2]);
-  for (int c = 0; c < 3; ++c) {
-    double low = 1e300, high = -1e300;
-    for (const int node : g.node) low = std::min(low, motion.v[node + c]), high = std::max(high, motion.v[node + c]);
-    sum += (high - low) * (high - low);
-  }
-  return motion.step * std::sqrt(3 * sum / shortest);
-}
+double mean_of(const double (&x)[8]) { return 0.125 * (((x[0] + x[4]) + (x[2] + x[6])) + ((x[1] + x[5]) + (x[3] + x[7]))); }
 
 struct Answer { alignas(64) double stress[6][8], energy[8], dissipation[8]; };
 
@@ -104,8 +85,8 @@ class FieldOf final : public DamageField {
     const LawGeometry g = law_geometry(*mesh_, cell, law_.parameters().concrete.poisson);
     const Cell none{};
     Cell next{};
-    double force[24];
-    const LawResult result = evaluate(g, motion, none, next, force);
+    Evaluation e;
+    const LawResult result = evaluate(g, motion, none, next, e);
     if (!result.grew) return false;
     slot_[cell] = static_cast<int>(cells_.size());
     cells_.push_back(cell);
@@ -114,23 +95,26 @@ class FieldOf final : public DamageField {
     old_.push_back(none);
     next_.push_back(next);
     result_.push_back(result);
-    add(g, force, f);
+    points_.add_forces(g, e.at, e.answer.stress, finite_, f);
     return true;
   }
 
   void add_forces(const Motion& motion, double* f) override {
-    double force[24];
+    Evaluation e;
     ++evaluation_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
-      result_[i] = evaluate(geometry_[i], motion, old_[i], next_[i], force);
-      add(geometry_[i], force, f);
+      if (i + 1 < cells_.size()) fetch(geometry_[i + 1], false), fetch(old_[i + 1], false), fetch(next_[i + 1], true);
+      result_[i] = evaluate(geometry_[i], motion, old_[i], next_[i], e);
+      points_.add_forces(geometry_[i], e.at, e.answer.stress, finite_, f);
     }
   }
 
-  void force_of(int cell, const double* u, double* force) const override {
+  void add_force_of(int cell, const double* u, double* f) const override {
     const int i = slot_[cell];
     Cell next{};
-    evaluate(geometry_[i], {.u = u}, old_[i], next, force);
+    Evaluation e;
+    evaluate(geometry_[i], {.u = u}, old_[i], next, e);
+    points_.add_forces(geometry_[i], e.at, e.answer.stress, finite_, f);
   }
 
   void accept() override {
@@ -165,7 +149,7 @@ class FieldOf final : public DamageField {
     const int i = slot_[cell];
     const LawGeometry& g = geometry_[i];
     PointStrains at;
-    point_strains(g, u, nullptr, finite_, at);
+    points_.strains(g, u, finite_, at);
     double stress[6][8], energy[8], dissipation[8];
     Cell next = old_[i];
     law_.stress8(&at.strain[0][0], nullptr, g.frame, H::in(old_[i]), H::in(next), &stress[0][0], energy, dissipation);
@@ -229,45 +213,64 @@ class FieldOf final : public DamageField {
   }
 
  private:
-  LawResult evaluate(const LawGeometry& g, const Motion& motion, const Cell& old, Cell& next, double* force) const {
+  /// Working space of one cell.
+  struct Evaluation {
     PointStrains at;
-    point_strains(g, motion.u, motion.rate_effect ? motion.v : nullptr, finite_, at);
-    const double* rate = motion.v && motion.rate_effect ? &at.rate[0][0] : nullptr;
-    Answer a;
+    Answer answer;
+  };
+
+  /// The strain rates, found when the law asks for them.
+  struct RatesOf final : material::StrainRates {
+    const FieldOf& field;
+    const LawGeometry& g;
+    const PointStrains& at;
+    const double* v;
+    bool found = false;
+    alignas(64) double rate[6][8];
+    RatesOf(const FieldOf& f, const LawGeometry& geometry, const PointStrains& strains, const double* velocities) : field(f), g(geometry), at(strains), v(velocities) {}
+    const double* at_points() override {
+      if (!found) field.points_.rates(g, at, v, field.finite_, rate);
+      found = true;
+      return &rate[0][0];
+    }
+  };
+
+  LawResult evaluate(const LawGeometry& g, const Motion& motion, const Cell& old, Cell& next, Evaluation& e) const {
+    points_.strains(g, motion.u, finite_, e.at);
+    RatesOf rates_there(*this, g, e.at, motion.v);
+    material::StrainRates* const rates = motion.v && motion.rate_effect ? &rates_there : nullptr;
+    Answer& a = e.answer;
     LawResult result;
-    result.grew = law_.stress8(&at.strain[0][0], rate, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
-    result.largest_strain = largest_strain(at);
-    if (result.grew && motion.v && motion.step > 0 && largest_way(g, motion) > path_increment * peak_strain_) {
-      double before[6][8], way[6][8];
-      strains_before(g, at, motion.v, motion.step, finite_, before);
-      for (int k = 0; k < 6; ++k)
-        for (int q = 0; q < 8; ++q) way[k][q] = at.strain[k][q] - before[k][q];
-      if (path_share(before, way, peak_strain_) < 1) follow(g, before, way, rate, old, next, a);
+    result.grew = law_.stress8(&e.at.strain[0][0], rates, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
+    result.largest_strain = e.at.largest;
+    result.dilation = e.at.dilation;
+    if (result.grew && motion.v && motion.step > 0 && points_.largest_way(g, motion.v, motion.step) > path_increment * peak_strain_) {
+      alignas(64) double before[6][8], way[6][8];
+      points_.before(g, e.at, motion.v, motion.step, finite_, before, way);
+      if (path_share(before, way) < 1) follow(g, before, way, rates, old, next, a);
     }
-    for (int q = 0; q < 8; ++q) {
-      result.energy += g.share() * a.energy[q];
-      result.dissipation += g.share() * a.dissipation[q];
-      result.dilation += 0.125 * (at.strain[0][q] + at.strain[1][q] + at.strain[2][q]);
-    }
-    nodal_force(g, at, a.stress, finite_, force);
+    result.energy = g.volume * mean_of(a.energy);
+    result.dissipation = g.volume * mean_of(a.dissipation);
     return result;
   }
 
+  double path_share(const PointTensors& strain, const PointTensors& way) const { return points_.path_share(strain, way, peak_strain_, path_increment); }
+
   /// The law along the straight path `way` from the strain before; the stress as in damage_field.hpp, the dissipation of the whole path.
-  void follow(const LawGeometry& g, const double (&before)[6][8], const double (&way)[6][8], const double* rate, const Cell& old, Cell& next, Answer& out) const {
+  void follow(const LawGeometry& g, const PointTensors& before, const PointTensors& way, material::StrainRates* rates, const Cell& old, Cell& next, Answer& out) const {
     alignas(64) double strain[6][8], missed[6][8], lost[8] = {};
     std::memcpy(strain, before, sizeof strain);
     Cell state = old;
     Answer last;
-    law_.stress8(&strain[0][0], rate, g.frame, H::in(old), H::in(state), &last.stress[0][0], last.energy, last.dissipation);
+    law_.stress8(&strain[0][0], rates, g.frame, H::in(old), H::in(state), &last.stress[0][0], last.energy, last.dissipation);
     for (int k = 0; k < 6; ++k)
       for (int q = 0; q < 8; ++q) missed[k][q] = -0.5 * last.stress[k][q];
     for (double gone = 0; gone < 1;) {
-      const double wanted = path_share(strain, way, peak_strain_), share = std::min(wanted, 1 - gone);
+      const double wanted = path_share(strain, way), share = std::min(wanted, 1 - gone);
       gone = wanted < 1 - gone ? gone + share : 1;
       for (int k = 0; k < 6; ++k)
         for (int q = 0; q < 8; ++q) strain[k][q] = before[k][q] + gone * way[k][q];
-      law_.stress8(&strain[0][0], rate, g.frame, H::in(state), H::in(state), &out.stress[0][0], out.energy, out.dissipation);
+      law_.stress8(&strain[0][0], rates, g.frame, H::in(state), H::in(state), &out.stress[0][0], out.energy, out.dissipation);
       for (int q = 0; q < 8; ++q) {
         lost[q] += out.dissipation[q];
         add_mean_stress(last, out, way, q, share, missed);
@@ -280,11 +283,6 @@ class FieldOf final : public DamageField {
     next = state;
   }
 
-  static void add(const LawGeometry& g, const double* force, double* f) {
-    for (int a = 0; a < 8; ++a)
-      for (int c = 0; c < 3; ++c) f[g.node[a] + c] += force[3 * a + c];
-  }
-
   template <class Read, class Pick>
   double over_points(int cell, Read read, Pick pick) const {
     if (slot_[cell] < 0) return 0;
@@ -295,6 +293,7 @@ class FieldOf final : public DamageField {
   }
 
   Law law_;
+  const LawPoints& points_ = law_points();
   double cap_, peak_strain_;
   std::vector<Cell> old_, next_;
 };
@@ -312,27 +311,6 @@ std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concr
 }
 
 }  // namespace
-
-LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson) {
-  LawGeometry g{};
-  g.assumed = AssumedStrain(mesh, cell, poisson);
-  const auto& hex = mesh.hexes[cell];
-  for (int q = 0; q < 8; ++q) {
-    const Mat3 j = jacobian(mesh, cell, gauss_point(q));
-    const Mat3 inverse_t = j.inverse().transpose();
-    const std::array<Vec3, 8> reference = shape_gradients(gauss_point(q));
-    for (int a = 0; a < 8; ++a) {
-      const Vec3 grad = inverse_t * reference[a];
-      for (int x = 0; x < 3; ++x) g.gradient[a][x][q] = grad[x];
-    }
-    g.volume += j.determinant();
-  }
-  for (int a = 0; a < 8; ++a) g.node[a] = 4 * hex[a];
-  const Mat3 centre = jacobian(mesh, cell, Vec3::Zero());
-  for (int k = 0; k < 3; ++k)
-    for (int x = 0; x < 3; ++x) g.frame.edge[k][x] = 2 * centre(x, k);
-  return g;
-}
 
 void DamageField::restrict_to(const std::vector<char>& local, const std::vector<char>& own) {
   local_ = &local;

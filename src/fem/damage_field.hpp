@@ -1,7 +1,7 @@
 /// The cells in which concrete may damage: strains at eight points, the law, forces, erosion.
 ///
 ///   eps_q of the Green-Lagrange strains E as assumed_strain.hpp says, as in the elastic kernel; each point stands for an eighth of the volume
-///   f_a = sum_q F_q S_q grad N_a,   S: the transpose of that, of the stresses (AssumedStrain::transpose)
+///   f_a = sum_q F_q S_q grad N_a,   S: the transpose of that, of the stresses (law_points.hpp)
 ///
 /// A cell enters when its law is first evaluated to grow; before, it is elastic and keeps no history. States are evaluated from the last
 /// accepted ones into the next; accept() makes them the accepted ones, so that a rejected step leaves no trace.
@@ -11,9 +11,6 @@
 /// and the force carries, beside the stress at the end, what the trapezoid of the ends has missed of the mean:
 ///   F = sigma_1 + (<sigma> - (sigma_0 + sigma_1) / 2)
 /// At a steady rate forces then do exactly the work that the law stores and dissipates; for a linear law, and to second order in the step, it is sigma_1.
-///
-/// symbol   meaning                                               unit     shape
-/// G        grad N_a at the points                                1/m      8 x 3 x 8 (node, axis, point)
 ///
 /// The laws: material::ConcreteDamage ("concrete") and material::Cdpm2 ("concrete-cdpm2").
 #pragma once
@@ -25,22 +22,10 @@
 #include <vector>
 
 #include "fem/aligned.hpp"
-#include "fem/assumed_strain.hpp"
 #include "fem/kernel.hpp"
-#include "fem/material_damage.hpp"
+#include "fem/law_points.hpp"
 
 namespace talus::fem {
-
-struct LawGeometry {
-  double gradient[8][3][8];
-  AssumedStrain assumed;
-  double volume;
-  double share() const { return volume / 8; }   // of a point
-  int node[8];  // four times the node number
-  material::CellFrame frame;
-};
-
-LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson);
 
 /// What the cells of a field are evaluated at, nodes x 4. Without velocities, or with a last step of 0, nothing is known of the way there.
 struct Motion {
@@ -74,8 +59,8 @@ class DamageField {
   virtual bool try_cell(int cell, const Motion& motion, double* f) = 0;
   /// Adds the forces of all cells that were in before; results are kept for accept().
   virtual void add_forces(const Motion& motion, double* f) = 0;
-  /// Force on the eight nodes of a cell with history (24 numbers, node by node) at u, from the accepted states; nothing is kept.
-  virtual void force_of(int cell, const double* u, double* force) const = 0;
+  /// Adds the force of a cell with history at u, from the accepted states, to the nodes x 4; nothing is kept.
+  virtual void add_force_of(int cell, const double* u, double* f) const = 0;
   virtual void accept() = 0;
   /// Forgets the cells that joined since accept(), and returns them: an evaluation starts from accepted histories alone, so that its bits
   /// do not depend on how often the state has been asked for its forces before.

@@ -77,7 +77,7 @@ const Kernels& kernels_generic();
 const Kernels& kernels_avx2();
 const Kernels& kernels_avx512();
 
-/// The best set for this processor; "generic", "avx2" or "avx512" in TALUS_KERNELS overrules.
+/// That of core/processor.hpp.
 const Kernels& kernels();
 
 }  // namespace talus::fem

@@ -169,8 +169,9 @@ namespace {
 bool untouched(const Cdpm2::State& s) { return s.kappa == 0 && s.equivalent == 0 && s.t == 0 && s.c == 0 && s.equivalent_c == 0; }
 }  // namespace
 
-bool Cdpm2::stress8(const double* strain, const double* rate, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const {
+bool Cdpm2::stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const {
   bool grew = false;
+  const double* rate = rates ? rates->at_points() : nullptr;
   for (int i = 0; i < 8; ++i) {
     Sym e, v{};
     for (int k = 0; k < 6; ++k) {

@@ -38,6 +38,7 @@
 /// point with different damage [carol1996]: a closed strain path can then return a little more or less work than it took. A ledger that
 /// has to close books internal work minus the change of stored energy.
 #pragma once
+#include "core/processor.hpp"
 #include "fem/material_mc2010.hpp"
 #include "fem/material_types.hpp"
 
@@ -50,8 +51,8 @@ struct CellFrame {
   double extent(const std::array<double, 3>& n) const;
 };
 
-/// History of eight points, one array per quantity (1408 bytes, plain doubles). All zero: never damaged.
-struct DamageCell {
+/// History of eight points, one array per quantity (1408 bytes, plain doubles, one vector of the processor each). All zero: never damaged.
+struct alignas(64) DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
   double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
   double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it, and along the normal the largest that opened it
@@ -85,10 +86,10 @@ class ConcreteDamage {
 
   Response operator()(const Sym& strain, const Sym& rate, const State& old, State& next) const;
 
-  /// Eight points of one element. strain, rate, stress: [6][8], component by component; rate may be null (quasi-static);
-  /// energy, dissipation: [8] or null. Returns true if damage grew anywhere. `next` may be `old`.
-  bool stress8(const double* strain, const double* rate, const CellFrame& cell, const DamageCell& old, DamageCell& next,
-               double* stress, double* energy, double* dissipation) const;
+  /// Eight points of one element, in vectors of four, or of eight with AVX-512. strain, stress: [6][8], component by component; rates may
+  /// be null (quasi-static); energy, dissipation: [8] or null. Returns true if damage grew anywhere. `next` may be `old`.
+  bool stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy, double* dissipation,
+               InstructionSet with = instruction_set()) const;
 
   /// No undamaged point can reach a threshold while eps : C : eps stays below this [J/m^3]: such an element need not call the law.
   double elastic_bound() const { return elastic_bound_; }
@@ -101,14 +102,19 @@ class ConcreteDamage {
 
  private:
   template <class R> struct Lanes;
+  bool stress8_avx512(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy, double* dissipation) const;
+  template <class R>
+  bool stress_by(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy, double* dissipation) const;
   template <class R, class Rate>
   bool point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate, R (&stress)[6], R& energy, R& dissipation) const;
+  template <class R, class Rate>
+  void start_points(const R (&effective)[6], const R& largest, const R& least, const R& tau_t, const R& tau_c, const CellFrame& cell, const Rate& rate, Lanes<R>& s) const;
   template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
   template <class R> void interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> void crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
-  template <class R> R damage_tension(R r, R f_t, R b_t) const;
+  template <class R> R damage_tension(R r, R inverse_r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
 
   Parameters p_;

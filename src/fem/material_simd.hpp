@@ -11,8 +11,12 @@ namespace talus::material {
 typedef double V4 __attribute__((vector_size(32)));
 typedef std::int64_t M4 __attribute__((vector_size(32)));
 
-inline V4 load4(const double* p) { V4 v; std::memcpy(&v, p, sizeof v); return v; }
-inline void store4(double* p, V4 v) { std::memcpy(p, &v, sizeof v); }
+template <class R> inline R load(const double* p) { R v; std::memcpy(&v, p, sizeof v); return v; }
+template <class R> inline void store(double* p, const R& v) { std::memcpy(p, &v, sizeof v); }
+inline V4 load4(const double* p) { return load<V4>(p); }
+inline void store4(double* p, V4 v) { store(p, v); }
+/// How many doubles an R holds.
+template <class R> constexpr int width = static_cast<int>(sizeof(R) / sizeof(double));
 
 inline V4 spread(double a, V4) { return V4{a, a, a, a}; }
 inline double spread(double a, double) { return a; }
@@ -35,7 +39,7 @@ inline V4 square_root(V4 a) {
 #endif
 }
 
-namespace detail {
+/// y 2^n, n in the low bits of `shifted`.
 inline double scale_by_power(double shifted, double y) {
   return y * std::bit_cast<double>((std::bit_cast<std::int64_t>(shifted) + 1023) << 52);
 }
@@ -43,7 +47,6 @@ inline V4 scale_by_power(V4 shifted, V4 y) {
   const M4 bits = (M4)shifted + 1023;
   return y * (V4)(bits << 52);
 }
-}  // namespace detail
 
 /// exp(x) for x in [-700, 0] (clamped to it), relative error below 4e-16: x = n ln 2 + r, Taylor series of degree 13 in r.
 template <class R>
@@ -67,7 +70,35 @@ inline R exponential(R x) {
   p = p * r + 0.5;
   p = p * r + 1.0;
   p = p * r + 1.0;
-  return detail::scale_by_power(shifted, p);
+  return scale_by_power(shifted, p);
 }
+
+/// Eight doubles as two vectors of four: what V8 (material_simd8.hpp) is without AVX-512, as far as strains and forces need it.
+struct V44 {
+  V4 low, high;
+  V44() = default;
+  V44(V4 a, V4 b) : low(a), high(b) {}
+  V44(double a) : low(spread(a, V4{})), high(low) {}
+  friend V44 operator+(V44 a, V44 b) { return {a.low + b.low, a.high + b.high}; }
+  friend V44 operator-(V44 a, V44 b) { return {a.low - b.low, a.high - b.high}; }
+  friend V44 operator*(V44 a, V44 b) { return {a.low * b.low, a.high * b.high}; }
+  friend V44 operator/(V44 a, V44 b) { return {a.low / b.low, a.high / b.high}; }
+};
+inline V44 maximum(V44 a, V44 b) { return {maximum(a.low, b.low), maximum(a.high, b.high)}; }
+inline V44 minimum(V44 a, V44 b) { return {minimum(a.low, b.low), minimum(a.high, b.high)}; }
+inline V44 square_root(V44 a) { return {square_root(a.low), square_root(a.high)}; }
+
+template <> inline V44 load<V44>(const double* p) { return {load<V4>(p), load<V4>(p + 4)}; }
+template <> inline void store<V44>(double* p, const V44& v) { store(p, v.low), store(p + 4, v.high); }
+
+/// The doubles whose numbers differ in the bit `stride` (1, 2 or 4) change places.
+template <int stride>
+inline V44 exchanged(V44 a) {
+  if constexpr (stride == 4) return {a.high, a.low};
+  constexpr M4 order = stride == 1 ? M4{1, 0, 3, 2} : M4{2, 3, 0, 1};
+  return {__builtin_shuffle(a.low, order), __builtin_shuffle(a.high, order)};
+}
+inline V4 first_four(V44 a) { return a.low; }
+inline V4 last_four(V44 a) { return a.high; }
 
 }  // namespace talus::material

@@ -25,6 +25,16 @@ struct Response {
   double dissipation = 0;
 };
 
+/// The strain rates at the eight points of a cell, for a law that asks for them: one that needs them only where damage starts does not pay for them elsewhere.
+class StrainRates {
+ public:
+  /// [6][8], component by component [1/s].
+  virtual const double* at_points() = 0;
+
+ protected:
+  ~StrainRates() = default;
+};
+
 template <class L>
 concept Law = requires(const L& law, const Sym& strain, const Sym& rate, const typename L::State& old, typename L::State& next) {
   typename L::Parameters;

@@ -7,4 +7,6 @@ if(NOT TARGET talus_materials)
   target_link_libraries(talus_materials PUBLIC talus_core)
   # The laws run in every point of every sub-step.
   target_compile_options(talus_materials PRIVATE $<$<NOT:$<CONFIG:Debug>>:-O3>)
+  # Chosen at run time (core/processor.hpp).
+  set_source_files_properties(${CMAKE_CURRENT_LIST_DIR}/material_damage_avx512.cpp PROPERTIES COMPILE_OPTIONS "-march=x86-64-v4;-mprefer-vector-width=512")
 endif()

@@ -72,11 +72,7 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
       const int cell = cut.cells[lane];
       const bool counts = live_[cell] && own_cell(cell), cracked = damage_ && damage_->has(cell);
       pack.scale[lane] = counts && !cracked ? 1 : 0;
-      if (!counts || !cracked) continue;
-      double f[24];
-      damage_->force_of(cell, u_.data(), f);
-      for (int a = 0; a < 8; ++a)
-        for (int c = 0; c < 3; ++c) force[4 * mesh_.hexes[cell][a] + c] += f[3 * a + c];
+      if (counts && cracked) damage_->add_force_of(cell, u_.data(), force.data());
     }
     operator_->add_internal_force_of(pack, u_.data(), force.data(), finite_);
     if (bars_ && first_rank()) bars_->add_forces_of(m.cut_segments[i], u_.data(), live_, force.data());

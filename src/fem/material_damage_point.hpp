@@ -1,0 +1,285 @@
+/// The damage law of material_damage.hpp in one point, or in several at once: R is a double, V4 or V8. Included by the files that make it for one of them, each
+/// with its own instruction set, and by nothing else: nothing here may exist for the same R in two of them.
+#pragma once
+#include "fem/material_damage.hpp"
+#include "fem/material_eigen.hpp"
+
+namespace talus::material {
+
+namespace {
+constexpr double mobilised = 0.5;   // slip over crack width at which the faces give all they can (0.3 to 0.75 by Walraven's linear relation)
+}
+
+template <class R>
+struct ConcreteDamage::Lanes {
+  R r_t, f_t, b_t, d_t, r_c, dif_c, b_c, d_c;
+  R normal[3], slip[3];
+  R compaction, pressure;
+  R flow[6];
+};
+
+template <class R>
+inline R ConcreteDamage::damage_tension(R r, R inverse_r, R f_t, R b_t) const {
+  return minimum(1.0 - f_t * inverse_r * exponential(b_t * (f_t - r)), spread(p_.cap, r));
+}
+
+template <class R>
+inline R ConcreteDamage::damage_compression(R r, R dif, R b_c) const {
+  const R s = r / dif;  // quasi-static equivalent, E eps
+  const R x = (s - f_c0_) * inverse_span_;
+  const R rising = f_c0_ + (f_c_ - f_c0_) * (k_curve_ * x - x * x) / (1.0 + (k_curve_ - 2) * x);
+  const R falling = f_c_ * exponential(b_c * (stress_peak_ - s));
+  return minimum(1.0 - select(x < 1.0, rising, falling) / s, spread(p_.cap, r));
+}
+
+template <class R>
+inline void ConcreteDamage::effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const {
+  const R share = young_ / ((1.0 + poisson) * (1.0 - 2.0 * poisson));   // divisions are what takes the time
+  const R mu = (0.5 - poisson) * share;
+  const R volumetric = poisson * share * (strain[0] + strain[1] + strain[2]);
+  for (int i = 0; i < 3; ++i) stress[i] = volumetric + 2.0 * mu * strain[i];
+  for (int i = 3; i < 6; ++i) stress[i] = mu * strain[i];
+}
+
+namespace {
+/// sigma : eps for given damage.
+template <class R, class Values>
+inline R twice_energy(const R (&strain)[6], const R (&effective)[6], const Values& v, R d_t, R d_c) {
+  R plus[6], sum = effective[0] * 0.0;
+  positive_part(effective, v, plus);
+  for (int i = 0; i < 6; ++i) sum = sum + (effective[i] - d_t * plus[i] - d_c * (effective[i] - plus[i])) * strain[i];
+  return sum;
+}
+}  // namespace
+
+namespace {
+/// The part of a symmetric tensor's product with n that lies in the plane normal to n; `normal_part` the rest.
+template <class R>
+inline void in_plane(const R (&s)[6], const R (&n)[3], double shear, R (&t)[3], R& normal_part) {
+  t[0] = s[0] * n[0] + shear * (s[5] * n[1] + s[4] * n[2]);
+  t[1] = s[1] * n[1] + shear * (s[5] * n[0] + s[3] * n[2]);
+  t[2] = s[2] * n[2] + shear * (s[4] * n[0] + s[3] * n[1]);
+  normal_part = t[0] * n[0] + t[1] * n[1] + t[2] * n[2];
+  for (int i = 0; i < 3; ++i) t[i] = t[i] - normal_part * n[i];
+}
+template <class R>
+inline R dot(const R (&a)[3], const R (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+}  // namespace
+
+template <class R>
+inline void ConcreteDamage::interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+  const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
+  const auto cracked = s.d_t > 0.0;
+  const R (&n)[3] = s.normal;
+  R pull[3], opening, law[3], across;
+  in_plane(strain, n, 0.5, pull, opening);
+  in_plane(stress, n, 1.0, law, across);
+  const R f_t = select(cracked, s.f_t, one), b_t = select(cracked, s.b_t, one);
+  const R band = 2.0 * p_.concrete.fracture_energy * young_ * b_t / (f_t * (2.0 + f_t * b_t));
+  // The limit is `held` over `opened`.
+  struct Limit { R held, opened; };
+  const auto limit_of = [&](const R& d, const R& width) { return Limit{d * interlock_ * maximum(1.0 - width * part_, zero), 1.0 + widen_ * width}; };
+  const auto width_of = [&](const R& d, const R& strain_of_opening) { return band * d * maximum(strain_of_opening, zero); };
+  // The concrete between the cracks and the faces, one after the other, as stiff as at the widest opening so far.
+  const auto stiffness_of = [&](const R& d, const R& widest) {
+    const R whole = shear_ * d, width = width_of(d, widest);
+    const Limit limit = limit_of(d, width);
+    const R hold = limit.held * band;
+    return select(cracked, whole * hold / (hold + mobilised * width * whole * limit.opened + 1e-30), zero);
+  };
+  const R opened = dot(s.slip, n), widest = maximum(opened, opening);
+  const R before = stiffness_of(old_d_t, opened), now = stiffness_of(s.d_t, widest), stiffness = minimum(before, now);
+  R held[3];
+  for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * n[i]);
+  const R length = square_root(dot(held, held)), trial = stiffness * length;
+  // Together with what the damage law carries along the same direction, at most the limit.
+  R t[3];
+  const R inverse = 1.0 / maximum(length, spread(1e-30, zero));
+  for (int i = 0; i < 3; ++i) t[i] = held[i] * inverse;
+  const Limit limit = limit_of(s.d_t, width_of(s.d_t, opening));
+  const R tau = select(cracked, minimum(trial, maximum(limit.held / limit.opened - maximum(dot(law, t), zero), zero)), zero);
+  // Stored: tau^2 / (2 now). A stiffness that has risen takes the stress over as it is, one that has fallen the strain.
+  const R slid = select(stiffness > 0.0, (trial - tau) / select(stiffness > 0.0, stiffness, one), zero), kept = length - slid;
+  const R elastic = select(now > 0.0, tau / select(now > 0.0, now, one), zero);
+  energy = energy + 0.5 * tau * elastic;
+  dissipation = dissipation + tau * slid + 0.5 * (before - stiffness) * kept * kept + 0.5 * tau * (kept - elastic);
+  for (int i = 0; i < 3; ++i) {
+    s.slip[i] = s.slip[i] + select(cracked, (length - elastic) * t[i] + (widest - opened) * n[i], zero);
+    stress[i] = stress[i] + 2.0 * tau * n[i] * t[i];
+  }
+  stress[3] = stress[3] + tau * (n[1] * t[2] + n[2] * t[1]);
+  stress[4] = stress[4] + tau * (n[0] * t[2] + n[2] * t[0]);
+  stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]);
+}
+
+/// What the crushed part carries; `largest`: the largest principal value of the effective stress, with Poisson's ratio `poisson`.
+template <class R>
+inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+  const R zero = spread(0.0, s.d_c), volume = strain[0] + strain[1] + strain[2];
+  const auto broken = s.d_c > 0.0;
+  const R mu = 0.5 * young_ / (1.0 + poisson);
+  const R widest = (largest - 2.0 * mu * poisson / (1.0 - 2.0 * poisson) * volume) / (2.0 * mu);   // principal strain
+  const R confinement = maximum(zero - ((bulk_ - 2 * shear_ / 3) * volume + 2 * shear_ * widest), zero);
+  const R trial = bulk_ * (zero - volume - s.compaction);
+  const R p = select(broken, maximum(minimum(trial, confinement), zero), zero);
+  const R theta = select(broken & (trial > confinement), zero - volume - confinement / bulk_, s.compaction);
+  // Friction: radial return of the deviator.
+  R shear[6], norm = zero;
+  for (int i = 0; i < 3; ++i) shear[i] = 2 * shear_ * (strain[i] - volume / 3.0 - s.flow[i]), norm = norm + shear[i] * shear[i];
+  for (int i = 3; i < 6; ++i) shear[i] = shear_ * (strain[i] - s.flow[i]), norm = norm + 2.0 * shear[i] * shear[i];
+  norm = square_root(norm);
+  const R limit = friction_ * p;
+  const auto slides = norm > limit;
+  const R keep = select(slides, limit / select(slides, norm, spread(1.0, zero)), spread(1.0, zero));
+  const R held = keep * norm;
+  const R rubbed = 0.25 / shear_ * (1.0 - keep) * norm * (friction_ * s.pressure + held);   // it slid at the limit before, too
+  const R compacted = 0.5 * (s.pressure + p) * (theta - s.compaction);
+  const R mean_d = 0.5 * (old_d_c + s.d_c), grown = s.d_c - old_d_c;
+  dissipation = dissipation + select(broken, mean_d * (compacted + rubbed) - grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held), zero);
+  energy = energy + select(broken, s.d_c * (0.5 / bulk_ * p * p + 0.25 / shear_ * held * held), zero);
+  for (int i = 0; i < 6; ++i) {
+    const R t = keep * shear[i];
+    stress[i] = stress[i] + select(broken, s.d_c * (i < 3 ? t - p : t), zero);
+    s.flow[i] = select(broken, s.flow[i] + (1.0 - keep) * shear[i] * (i < 3 ? 0.5 / shear_ : 1 / shear_), s.flow[i]);
+  }
+  s.compaction = theta;
+  s.pressure = p;
+}
+
+/// Rare, and one point after the other: strength and the cell's extent are frozen where damage starts.
+template <class R, class Rate>
+__attribute__((noinline)) void ConcreteDamage::start_points(const R (&effective)[6], const R& largest, const R& least, const R& tau_t, const R& tau_c, const CellFrame& cell,
+                                                            const Rate& rate, Lanes<R>& s) const {
+  constexpr int n = width<R>;
+  double stress[6][n], first[n], third[n], t[n], c[n], r_t[n], f_t[n], b_t[n], r_c[n], dif_c[n], b_c[n], normal[3][n];
+  for (int k = 0; k < 6; ++k) store(stress[k], effective[k]);
+  store(first, largest), store(third, least), store(t, tau_t), store(c, tau_c);
+  store(r_t, s.r_t), store(f_t, s.f_t), store(b_t, s.b_t), store(r_c, s.r_c), store(dif_c, s.dif_c), store(b_c, s.b_c);
+  for (int k = 0; k < 3; ++k) store(normal[k], s.normal[k]);
+  for (int i = 0; i < n; ++i) {
+    const bool tension = r_t[i] == 0 && t[i] > f_t_, compression = r_c[i] == 0 && c[i] > f_c0_;
+    if (!tension && !compression) continue;
+    const Sym here{stress[0][i], stress[1][i], stress[2][i], stress[3][i], stress[4][i], stress[5][i]};
+    Sym speed;
+    const Sym* const speed_or_null = rate(i, speed) ? &speed : nullptr;
+    State one;
+    if (tension) {
+      start_tension(here, t[i], first[i], speed_or_null, cell, one);
+      r_t[i] = one.r_t, f_t[i] = one.f_t, b_t[i] = one.b_t;
+      for (int k = 0; k < 3; ++k) normal[k][i] = one.normal[static_cast<std::size_t>(k)];
+    }
+    if (compression) {
+      start_compression(here, c[i], third[i], speed_or_null, cell, one);
+      r_c[i] = one.r_c, dif_c[i] = one.dif_c, b_c[i] = one.b_c;
+    }
+  }
+  s.r_t = load<R>(r_t), s.f_t = load<R>(f_t), s.b_t = load<R>(b_t), s.r_c = load<R>(r_c), s.dif_c = load<R>(dif_c), s.b_c = load<R>(b_c);
+  for (int k = 0; k < 3; ++k) s.normal[k] = load<R>(normal[k]);
+}
+
+template <class R, class Rate>
+inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strain)[6], Lanes<R>& s, const CellFrame& cell, const Rate& rate,
+                                                                  R (&stress)[6], R& energy, R& dissipation) const {
+  R effective[6];
+  R poisson = poisson_ * (1.0 - s.d_t);
+  effective_stress(strain, poisson, effective);
+  auto v = principal_values(effective);
+  const R zero = spread(0.0, v.first);
+  const R p1 = maximum(v.first, zero), p2 = maximum(v.second, zero), p3 = maximum(v.third, zero);
+  const R n1 = minimum(v.first, zero), n2 = minimum(v.second, zero), n3 = minimum(v.third, zero);
+  const R sum = p1 + p2 + p3;
+  const R tau_t = square_root(maximum((1.0 + poisson) * (p1 * p1 + p2 * p2 + p3 * p3) - poisson * (sum * sum), zero));
+  const R octahedral = square_root((n1 - n2) * (n1 - n2) + (n2 - n3) * (n2 - n3) + (n3 - n1) * (n3 - n1));
+  const R tau_c = maximum((tau_scale_ / 3) * (k_oct_ * (n1 + n2 + n3) + octahedral), zero);
+
+  const auto fresh_t = (s.r_t == 0.0) & (tau_t > f_t_);
+  const auto fresh_c = (s.r_c == 0.0) & (tau_c > f_c0_);
+  if (any(fresh_t | fresh_c)) start_points(effective, v.first, v.third, tau_t, tau_c, cell, rate, s);
+  const auto grow_t = (s.r_t > 0.0) & (tau_t > s.r_t);
+  const auto grow_c = (s.r_c > 0.0) & (tau_c > s.r_c);
+  R weight_t = zero, before = zero, loss_c = zero;  // mean of r^2/tau^2 over the step; twice the energy with the old damage; growth times mean
+  const R old_d_t = s.d_t, old_d_c = s.d_c;
+  const bool grows_t = any(grow_t), grows_c = any(grow_c);
+  if (grows_t) {
+    const R one = spread(1.0, zero);
+    const R r = select(grow_t, tau_t, one);
+    const R inverse_r = 1.0 / r;
+    const R d = select(grow_t, maximum(damage_tension(r, inverse_r, select(grow_t, s.f_t, one), select(grow_t, s.b_t, one)), s.d_t), s.d_t);
+    // The mean of r^2 over the growth, exact: r^2 d d_t = s (1 + b r) dr with the softening stress s = f_t exp(-b (r - f_t)).
+    const R b = select(grow_t, s.b_t, one), from = select(grow_t, s.r_t, one), grown = d - s.d_t;
+    const R s_0 = (1.0 - s.d_t) * from, s_1 = minimum((1.0 - d) * r, s_0 * exponential(b * (from - r)));
+    const R fall = 2.0 / b, inverse_sq = inverse_r * inverse_r;
+    const R exact = (s_0 * (fall + from) - s_1 * (fall + r)) * inverse_sq / maximum(grown, spread(1e-12, zero));
+    weight_t = select(grow_t, select(grown > 1e-10, minimum(maximum(exact, zero), one), 0.5 + 0.5 * (from * from) * inverse_sq), zero);
+    before = twice_energy(strain, effective, v, old_d_t, old_d_c);
+    s.d_t = d;
+    s.r_t = select(grow_t, tau_t, s.r_t);
+    poisson = poisson_ * (1.0 - d);
+    effective_stress(strain, poisson, effective);
+    v = principal_values(effective);
+  }
+  if (grows_c) {
+    const R one = spread(1.0, zero);
+    const R r = select(grow_c, tau_c, spread(f_c0_, zero));
+    const R d = select(grow_c, maximum(damage_compression(r, select(grow_c, s.dif_c, one), select(grow_c, s.b_c, one)), s.d_c), s.d_c);
+    // The integral of r^2 over the growth; beyond the peak, where the stress falls as in tension, exact.
+    const R from = select(grow_c, s.r_c, r), s_0 = (1.0 - s.d_c) * from, s_1 = (1.0 - d) * r;
+    const R fall = 2.0 * s.dif_c / select(grow_c, s.b_c, one);
+    const R exact = maximum(s_0 * (fall + from) - s_1 * (fall + r), zero), rising = (d - s.d_c) * 0.5 * (r * r + from * from);
+    loss_c = select(from > stress_peak_ * s.dif_c, exact, rising) / (r * r);
+    s.d_c = d;
+    s.r_c = select(grow_c, tau_c, s.r_c);
+  }
+  R plus[6];
+  positive_part(effective, v, plus);
+  R stored_plus = zero, stored = zero, work = zero;
+  for (int i = 0; i < 6; ++i) {
+    const R minus = effective[i] - plus[i];
+    stress[i] = effective[i] - s.d_t * plus[i] - s.d_c * minus;
+    stored_plus = stored_plus + plus[i] * strain[i];
+    stored = stored + effective[i] * strain[i];
+    work = work + stress[i] * strain[i];
+  }
+  energy = 0.5 * work;
+  const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
+  dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
+  if (any(s.d_c > 0.0)) crushed(strain, v.first, poisson, old_d_c, s, stress, energy, dissipation);
+  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, old_d_t, s, stress, energy, dissipation);
+  return grows_t || grows_c;
+}
+
+/// The points of a cell, as many at once as R holds. Arrays as in stress8.
+template <class R>
+inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy,
+                                      double* dissipation) const {
+  bool grew = false;
+  for (int first = 0; first < 8; first += width<R>) {
+    const auto read = [first](const double* p) { return load<R>(p + first); };
+    R e[6], out[6], stored, lost;
+    for (int k = 0; k < 6; ++k) e[k] = read(strain + 8 * k);
+    Lanes<R> s{read(old.r_t), read(old.f_t), read(old.b_t), read(old.d_t), read(old.r_c), read(old.dif_c), read(old.b_c), read(old.d_c),
+               {read(old.normal[0]), read(old.normal[1]), read(old.normal[2])},
+               {read(old.slip[0]), read(old.slip[1]), read(old.slip[2])},
+               read(old.compaction), read(old.pressure),
+               {read(old.flow[0]), read(old.flow[1]), read(old.flow[2]), read(old.flow[3]), read(old.flow[4]), read(old.flow[5])}};
+    const auto rate_at = [rates, first](int i, Sym& rate) {
+      if (!rates) return false;
+      const double* all = rates->at_points();
+      for (int k = 0; k < 6; ++k) rate[static_cast<std::size_t>(k)] = all[8 * k + first + i];
+      return true;
+    };
+    grew = point(e, s, cell, rate_at, out, stored, lost) || grew;
+    const auto write = [first](double* p, const R& x) { store(p + first, x); };
+    for (int k = 0; k < 6; ++k) write(stress + 8 * k, out[k]);
+    if (energy) write(energy, stored);
+    if (dissipation) write(dissipation, lost);
+    write(next.r_t, s.r_t), write(next.f_t, s.f_t), write(next.b_t, s.b_t), write(next.d_t, s.d_t);
+    write(next.r_c, s.r_c), write(next.dif_c, s.dif_c), write(next.b_c, s.b_c), write(next.d_c, s.d_c);
+    for (int k = 0; k < 3; ++k) write(next.normal[k], s.normal[k]), write(next.slip[k], s.slip[k]);
+    write(next.compaction, s.compaction), write(next.pressure, s.pressure);
+    for (int k = 0; k < 6; ++k) write(next.flow[k], s.flow[k]);
+  }
+  return grew;
+}
+
+}  // namespace talus::material
