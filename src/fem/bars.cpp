@@ -11,6 +11,27 @@
 
 namespace talus::fem {
 
+namespace {
+
+bool inside_round(const rebar::Member& m, const Vec3& p) {
+  const Vec3 x = m.axis_x.normalized(), y = m.axis_y.normalized(), d = p - m.base;
+  const double along = d.dot(x.cross(y)), exact = 1e-6 * m.width;
+  return m.section == rebar::Member::Section::round && std::hypot(d.dot(x), d.dot(y)) <= 0.5 * m.width + exact && along >= -exact && along <= m.length + exact;
+}
+
+/// Where bars find their cells. The flat faces of a round section's cells lie inside its circle: what is between the two is held by the nearest cell.
+rebar::HostSearch host_of_bars(const StructureSpec& spec, const HexMesh& mesh, const std::vector<rebar::Member>& members) {
+  const rebar::HostSearch exact = rebar::host_search(mesh.nodes, mesh.hexes, 1e-6);
+  if (spec.section != "round") return exact;
+  return [exact, members, nearest = rebar::host_search(mesh.nodes, mesh.hexes, 0.25)](const Vec3& p) {
+    const auto host = exact(p);
+    if (host) return host;
+    return std::any_of(members.begin(), members.end(), [&](const rebar::Member& m) { return inside_round(m, p); }) ? nearest(p) : std::nullopt;
+  };
+}
+
+}  // namespace
+
 Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn) {
   for (rebar::Member& member : members) mark_held_ends(member, mesh, supports);
   std::vector<rebar::Bar> all;
@@ -45,11 +66,10 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
       all.insert(all.end(), made.begin(), made.end());
     }
   }
-  // The flat faces of a round section's cells lie inside its circle: what the cover puts between the two is held by the nearest cell.
-  const double tolerance = spec.section == "round" ? 0.25 : 1e-6;
-  const rebar::HostSearch host = rebar::host_search(mesh.nodes, mesh.hexes, tolerance);
+  const rebar::HostSearch host = host_of_bars(spec, mesh, members);
   if (const std::string short_ends = anchor_bars(all, host, mesh, supports); !short_ends.empty()) warn(short_ends);
   const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
+  rebar::check_surfaces(all, segments, host, key);
   // Only the nodes of hosts take part: their own numbering.
   std::vector<int> number(mesh.nodes.size(), -1);
   for (const rebar::Segment& s : segments)

@@ -127,6 +127,44 @@ void refine(const Vec3& p, const Vec3& q, const Sample& a, const Sample& b, cons
   }
 }
 
+/// Bars that are not in the concrete: the first five are named, the others counted.
+class Outsiders {
+ public:
+  explicit Outsiders(const std::string& key) : key_(key) {}
+  void add(const Bar& bar, const Vec3& at, const std::string& rule, const std::string& remedy) {
+    if (++count_ > named) return;
+    Problem problem;
+    problem.file = bar.file;
+    problem.line = bar.line;
+    problem.key = fmt::format("{} bar {}", key_, bar.name);
+    problem.value = fmt::format("({:.4g}, {:.4g}, {:.4g})", at.x(), at.y(), at.z());
+    problem.rule = rule;
+    problem.remedy = remedy;
+    problems_.push_back(problem);
+  }
+  void done() {
+    if (count_ > named) problems_.back().rule += fmt::format("; so do {} more bars", count_ - named);
+    if (!problems_.empty()) throw InputError(problems_);
+  }
+
+ private:
+  static constexpr std::size_t named = 5;
+  std::string key_;
+  std::vector<Problem> problems_;
+  std::size_t count_ = 0;
+};
+
+/// A point on the surface of a bar about `centre`, on a leg along `direction`, that lies outside the concrete, if one of eight around does.
+std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, double radius, const HostSearch& host) {
+  const Vec3 a = direction.unitOrthogonal(), b = direction.normalized().cross(a);
+  for (int i = 0; i < 8; ++i) {
+    const double angle = 0.25 * M_PI * i;
+    const Vec3 point = centre + radius * (std::cos(angle) * a + std::sin(angle) * b);
+    if (!host(point)) return point;
+  }
+  return {};
+}
+
 }  // namespace
 
 std::array<double, 8> hex_shape(const Vec3& xi) {
@@ -140,9 +178,7 @@ HostSearch host_search(std::span<const Vec3> nodes, std::span<const std::array<i
 }
 
 std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key) {
-  std::vector<Problem> problems;
-  constexpr std::size_t named = 5;   // of the bars outside; the others are counted
-  std::size_t outsiders = 0;
+  Outsiders outsiders(key);
   std::vector<Segment> segments;
   for (std::size_t index = 0; index < bars.size(); ++index) {
     const Bar& bar = bars[index];
@@ -185,20 +221,35 @@ std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host,
       }
       arc += length;
     }
-    if (outside && ++outsiders <= named) {
-      Problem problem;
-      problem.file = bar.file;
-      problem.line = bar.line;
-      problem.key = fmt::format("{} bar {}", key, bar.name);
-      problem.value = fmt::format("({:.4g}, {:.4g}, {:.4g})", outside->x(), outside->y(), outside->z());
-      problem.rule = "this point of the bar lies outside the concrete";
-      problem.remedy = "move or shorten the bar; coordinates are those of the scene, in metres";
-      problems.push_back(problem);
-    }
+    if (outside) outsiders.add(bar, *outside, "this point of the bar lies outside the concrete", "move or shorten the bar; coordinates are those of the scene, in metres");
   }
-  if (outsiders > named) problems.back().rule += fmt::format("; so do {} more bars", outsiders - named);
-  if (!problems.empty()) throw InputError(problems);
+  outsiders.done();
   return segments;
+}
+
+void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments, const HostSearch& host, const std::string& key) {
+  Outsiders outsiders(key);
+  auto segment = segments.begin();
+  for (std::size_t index = 0; index < bars.size(); ++index) {
+    const Bar& bar = bars[index];
+    const bool closed = (bar.points.back() - bar.points.front()).norm() < 1e-9;
+    const double whole = bar.length();
+    std::optional<Vec3> outside;
+    std::size_t leg = 1;
+    double passed = 0;   // of the bar, before the leg
+    for (; segment != segments.end() && segment->bar == static_cast<int>(index); ++segment) {
+      const double middle = segment->arc + 0.5 * segment->length;
+      double length = (bar.points[leg] - bar.points[leg - 1]).norm();
+      while (leg + 1 < bar.points.size() && middle > passed + length) passed += length, ++leg, length = (bar.points[leg] - bar.points[leg - 1]).norm();
+      // Close to its ends a bar that is cut off askew may pass a face.
+      if (outside || (!closed && std::min(middle, whole - middle) < bar.diameter)) continue;
+      const Vec3 along = (bar.points[leg] - bar.points[leg - 1]) / length;
+      outside = surface_outside(bar.points[leg - 1] + (middle - passed) * along, along, 0.5 * bar.diameter, host);
+    }
+    if (outside)
+      outsiders.add(bar, *outside, fmt::format("the bar is {:.3g} mm thick, and this point of its surface lies outside the concrete", 1e3 * bar.diameter), "a thinner bar, or one that lies deeper in the member");
+  }
+  outsiders.done();
 }
 
 EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes)

@@ -49,6 +49,10 @@ struct Segment {
 /// with a part outside all cells, and where.
 std::vector<Segment> embed(const std::vector<Bar>& bars, const HostSearch& host, const std::string& key = "structure.rebar");
 
+/// Throws InputError that names each bar of which a part of the surface, in the middle of one of the segments (as of embed()) and further than a diameter from
+/// the ends, lies outside the concrete: bars thicker than their cover, or than their member.
+void check_surfaces(const std::vector<Bar>& bars, const std::vector<Segment>& segments, const HostSearch& host, const std::string& key = "structure.rebar");
+
 /// All segments with their laws and states.
 class EmbeddedBars {
  public:

@@ -290,6 +290,52 @@ TEST(ConcreteInput, BarsOutsideTheConcreteAreNamed) {
   EXPECT_NE(p.rule.find("outside the concrete"), std::string::npos);
 }
 
+/// Axes inside, surfaces not: a bar of 12 cm along a member of 10 cm, and a stirrup of 2 cm half a centimetre below the surface.
+TEST(ConcreteInput, BarsWiderThanTheirMemberAreNamed) {
+  const std::string path = std::string(TALUS_BINARY_DIR) + "/wide_bars.csv";
+  std::ofstream(path) << "bar,diameter,x,y,z,grade\nL1,0.12,0.05,0.05,0,B500B\nL1,0.12,0.05,0.05,0.3,B500B\n"
+                         "S1,0.02,0.005,0.02,0.05,B500B\nS1,0.02,0.08,0.02,0.05,B500B\nS1,0.02,0.08,0.08,0.05,B500B\nS1,0.02,0.005,0.08,0.05,B500B\nS1,0.02,0.005,0.02,0.05,B500B\n"
+                         "fits,0.02,0.05,0.05,0,B500B\nfits,0.02,0.05,0.05,0.3,B500B\n";
+  StructureSpec s = cube("concrete");
+  s.size.z() = 0.3;
+  s.position.z() = 0.15;
+  s.rebar_file = path;
+  try {
+    FemStructure body(s, Vec3::Zero(), silent);
+    ADD_FAILURE() << "accepted";
+  } catch (const InputError& e) {
+    ASSERT_EQ(e.problems().size(), 2u);
+    EXPECT_EQ(e.problems()[0].key, "structure.cube.rebar bar L1");
+    EXPECT_EQ(e.problems()[1].key, "structure.cube.rebar bar S1");
+    EXPECT_EQ(e.problems()[1].line, 4);
+    EXPECT_NE(e.problems()[0].rule.find("120 mm thick"), std::string::npos) << e.problems()[0].rule;
+  }
+}
+
+/// The cells of a round column hold what their flat faces leave of its circle, and no more: a hoop 2 cm outside of it was taken by the nearest cells.
+TEST(ConcreteInput, HoopsWiderThanTheirRoundColumnAreNamed) {
+  for (const double radius : {0.72, 0.77}) {
+    const std::string path = std::string(TALUS_BINARY_DIR) + "/wide_hoop.csv";
+    std::ofstream hoop(path);
+    hoop << "bar,diameter,x,y,z,grade\n";
+    for (int i = 0; i <= 24; ++i) hoop << "H1,0.012," << radius * std::cos(M_PI * (i % 24) / 12) << "," << radius * std::sin(M_PI * (i % 24) / 12) << ",2,B500B\n";
+    hoop.close();
+    StructureSpec s = cube("concrete");
+    s.kind = "column";
+    s.section = "round";
+    s.position = Vec3::Zero();
+    s.size = Vec3(1.5, 1.5, 4);
+    s.cells = {0, 0, 0};
+    s.cell_size = 0.3;
+    s.rebar_file = path;
+    if (radius < 0.75) {
+      EXPECT_NO_THROW(FemStructure(s, Vec3::Zero(), silent));
+    } else {
+      EXPECT_NE(refused(s).key.find("bar H1"), std::string::npos);
+    }
+  }
+}
+
 /// A beam of depth h = 0.4 m held at both ends, without bars: rho g L^2 / (2 h) at the ends is 0.5 MPa for a span of 4 m and 17 MPa for 24 m.
 TEST(ConcreteInput, PlainConcreteThatItsWeightCracksIsWarnedOf) {
   for (const double span : {4.0, 24.0}) {
