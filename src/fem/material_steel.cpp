@@ -156,7 +156,7 @@ Bearing::Bearing(const Parameters& p) : p_(p) {
   c.done();
 }
 
-Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before, State& next) const {
+Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>& u, const State& before, State& next, const std::array<double, 2>& slope) const {
   const State old = before;  // next may be the same object
   next = old;
   Result r;
@@ -168,16 +168,17 @@ Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>&
   const double depth = std::max(0.0, closing);
   r.normal = p_.normal_stiffness * depth;
   std::array<double, 2> t{p_.shear_stiffness * (u[0] - old.slip[0]), p_.shear_stiffness * (u[1] - old.slip[1])};
-  const double size = std::hypot(t[0], t[1]), bound = p_.friction * r.normal;
+  const std::array<double, 2> rise{r.normal * slope[0], r.normal * slope[1]};
+  const double size = std::hypot(t[0] - rise[0], t[1] - rise[1]), bound = p_.friction * r.normal;
   if (size > bound) {
     const double f = size > 0 ? bound / size : 0;
     double work = 0;
-    for (int i = 0; i < 2; ++i) {
-      const double elastic = t[i];
-      t[i] *= f;
+    for (std::size_t i = 0; i < 2; ++i) {
+      const double elastic = t[i], rubbing = f * (elastic - rise[i]);
+      t[i] = rise[i] + rubbing;
       const double moved = (elastic - t[i]) / p_.shear_stiffness;
       next.slip[i] += moved;
-      work += t[i] * moved;
+      work += rubbing * moved;
     }
     r.dissipation = work;
   }

@@ -15,7 +15,8 @@
 ///   good conditions: tau_max = 2.5 sqrt(f_cm / MPa) MPa, s_1 = 1 mm, s_2 = 2 mm; others 1.25, 1.8 mm, 3.6 mm; s_3 = rib spacing
 ///   unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
 ///
-/// Bearing: N = k_n max(0, delta); horizontal k_t (u - u_p) with |T| <= mu N; once |u| along the seat exceeds its length, or the deck is off
+/// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what it stands on: where the foot rises by s du_p as it slides,
+/// N takes its part of the work. Friction dissipates (t - N s) du_p; delta follows with the foot. Once |u| along the seat exceeds its length, or the deck is off
 /// the cap beam's end across, it has lost its support there and the bearing carries nothing any more.
 #pragma once
 #include <array>
@@ -108,8 +109,8 @@ class Bearing {
   };
   explicit Bearing(const Parameters& p);
   const Parameters& parameters() const { return p_; }
-  /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed, along and across [m].
-  Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next) const;
+  /// closing > 0 compresses; u: horizontal displacement of the deck against the pier since it was placed, slope: rise of the seat, along and across [m, -].
+  Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next, const std::array<double, 2>& slope = {}) const;
 
  private:
   Parameters p_;

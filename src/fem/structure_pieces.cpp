@@ -94,7 +94,7 @@ std::vector<char> FemStructure::held_pieces(DisjointSets& pieces) const {
   std::map<int, std::array<bool, 2>> seated;  // piece of a deck -> its ends
   for (std::size_t i = 0; i < bearings_->sites().size(); ++i) {
     const Bearings::Site& site = bearings_->sites()[i];
-    if (bearings_->holds(i) && live_[site.deck_cell] && live_[site.cap_cell] && held[pieces.root(site.cap_cell)]) seated[pieces.root(site.deck_cell)][site.end] = true;
+    if (bearings_->holds(i) && live_[site.deck_cell] && live_[bearings_->cap_cell(i)] && held[pieces.root(bearings_->cap_cell(i))]) seated[pieces.root(site.deck_cell)][site.end] = true;
   }
   for (const auto& [piece, ends] : seated)
     if (ends[0] && ends[1]) held[piece] = 1;

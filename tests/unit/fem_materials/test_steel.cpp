@@ -127,6 +127,29 @@ TEST(BondSlip, EnvelopeAndUnloading) {
   EXPECT_THROW(BondSlip{p}, InputError);
 }
 
+/// A deck held at one height over a seat that rises by a hundredth, or falls, is pulled along it: what the pull does is stored in the normal spring or rubbed off.
+TEST(Bearing, BooksCloseOnASeatThatRises) {
+  Bearing::Parameters p;
+  p.normal_stiffness = 1e9, p.shear_stiffness = 1e7, p.friction = 0.3;
+  const Bearing law(p);
+  for (const double slope : {-0.01, 0.0, 0.01}) {
+    Bearing::State state;
+    const int steps = 20000;
+    double work = 0, lost = 0, pull = 0;
+    const double first = law(2e-3, {0, 0}, state, state, {slope, 0}).energy;
+    Bearing::Result r;
+    for (int i = 1; i <= steps; ++i) {
+      r = law(2e-3 + slope * state.slip[0], {0.1 * i / steps, 0}, state, state, {slope, 0});
+      work += 0.5 * (pull - r.shear[0]) * 0.1 / steps;
+      pull = -r.shear[0];
+      lost += r.dissipation;
+    }
+    EXPECT_GT(lost, 0);
+    EXPECT_NEAR(pull / r.normal, 0.3 + slope, 1e-6);
+    EXPECT_NEAR(work, r.energy - first + lost, 1e-3 * work) << slope;
+  }
+}
+
 TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   Bearing::Parameters p;
   p.normal_stiffness = 1e9;

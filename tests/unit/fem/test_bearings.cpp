@@ -1,0 +1,75 @@
+#include <gtest/gtest.h>
+
+#include "fem/bearings.hpp"
+#include "fem_specs.hpp"
+
+namespace talus::fem {
+namespace {
+
+StructureSpec two_spans() {
+  StructureSpec s;
+  s.name = "V";
+  s.kind = "viaduct";
+  s.young = 30e9;
+  s.density = 2450;
+  s.cell_size = 0.75;
+  s.supports.push_back({"-z", "", {}, {true, true, true}});
+  s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}};
+  return s;
+}
+
+/// A deck that is pressed 1 mm into its bearings and pushed across its cap beams, which are 4 m to each side: its forces act on the caps where it lies. Between deck and cap
+/// there is no couple but those of friction over the height between node and foot, and of the weight on springs that lean.
+TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
+  const StructureSpec s = two_spans();
+  const HexMesh mesh = make_mesh(s);
+  const ViaductPlan plan = viaduct_plan(s);
+  Bearings bearings(s, mesh, plan);
+  const std::vector<char> live(mesh.hexes.size(), 1);
+  AlignedVector u(4 * mesh.nodes.size(), 0.0), f(u.size(), 0.0);
+  std::vector<char> in_deck(mesh.nodes.size(), 0);
+  for (std::size_t cell = 0; cell < mesh.hexes.size(); ++cell)
+    if (mesh.component[cell] == 3)   // after three bents
+      for (const int n : mesh.hexes[cell]) in_deck[static_cast<std::size_t>(n)] = 1;
+  const auto settle = [&](double across) {
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+      if (in_deck[n]) u[4 * n + 1] = across, u[4 * n + 2] = -1e-3;
+    std::fill(f.begin(), f.end(), 0.0);
+    bearings.add_forces(u.data(), live, f.data());
+    bearings.accept();
+  };
+  const auto moment_on = [&](bool deck) {   // about the axis of the bridge, of the forces on it, which are -f
+    double moment = 0;
+    for (std::size_t n = 0; n < mesh.nodes.size(); ++n) {
+      if (static_cast<bool>(in_deck[n]) != deck) continue;
+      const double y = mesh.nodes[n].y() + u[4 * n + 1], z = mesh.nodes[n].z() + u[4 * n + 2];
+      moment -= y * f[4 * n + 2] - z * f[4 * n + 1];
+    }
+    return moment;
+  };
+  double slip = 0;
+  for (; slip < 1.5; slip += 0.01) settle(slip);
+  settle(slip), settle(slip);
+  double normal = 0, friction = 0;
+  for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
+    if (in_deck[n]) normal -= f[4 * n + 2], friction -= f[4 * n + 1];
+  ASSERT_GT(normal, 1e6);
+  EXPECT_NEAR(friction, -0.3 * normal, 1e-6 * normal);
+  const double elastic = 0.3 * normal / (4 * plan.bearing_stiffness);   // four pads: what the springs lean by
+  EXPECT_NEAR(moment_on(true) + moment_on(false), normal * elastic - friction * (plan.bearing_height - 1e-3), 1e-6 * normal);
+  // The cap feels the deck's weight eccentric by what has slipped.
+  const double top = mesh.local[static_cast<std::size_t>(bearings.sites()[0].built.node[6])].z();
+  EXPECT_NEAR(moment_on(false), -normal * (slip - elastic) + top * friction, 1e-3 * normal);
+  // Stopped and gone on with, the same bits.
+  std::vector<double> state;
+  bearings.save(state);
+  Bearings again(s, mesh, plan);
+  EXPECT_EQ(again.restore(state), state.size());
+  AlignedVector before(u.size(), 0.0), after(u.size(), 0.0);
+  bearings.add_forces(u.data(), live, before.data());
+  again.add_forces(u.data(), live, after.data());
+  EXPECT_EQ(before, after);
+}
+
+}  // namespace
+}  // namespace talus::fem
