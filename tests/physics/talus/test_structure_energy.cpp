@@ -123,7 +123,7 @@ SpringTale turned_cube_on_springs(const std::string& stiffness, double speed, do
 
 /// Soft springs sink in by a tenth of a metre while the cube turns. A shear spring follows the point that its force acts at; by the way of the block's own point, as much farther in, 9e-4
 /// were made.
-TEST(StructureEnergy, DeepContactThatTurnsMakesNothing) { EXPECT_LT(turned_cube_on_springs("1e6", 3, 0.1).made, 1e-5); }
+TEST(StructureEnergy, DeepContactThatTurnsMakesNothing) { EXPECT_LT(turned_cube_on_springs("1e6", 3, 0.1).made, 1e-4); }
 
 /// As the face comes to lie on the skin its own corners and edges are no contacts any more: what their springs held the others go on holding. 4 % of the energy was lost.
 TEST(StructureEnergy, SpringsThatVanishLeaveWhatTheyHeld) { EXPECT_LT(turned_cube_on_springs("1e8", 10, 0.03).taken, 0.015); }
