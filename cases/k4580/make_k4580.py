@@ -443,7 +443,7 @@ def main():
         laws = law("rock", "slope") + law("rock", "concrete")
         write(f"../k4580-boulder/{kind}.toml", head(f"K4580 boulder, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + laws + boulder_block() + rigid_viaduct(kind))
         write(f"../k4580-rock-mass/{kind}.toml", head(f"K4580 rock mass, {TITLES[kind]}", 38, 0.1, 0.05) + site(kind) + MATERIALS + law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "concrete", 0) + rigid_viaduct(kind) + rock_mass())
-        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 38 if kind == "deep" else 20, 0.1) + site(kind) + MATERIALS + breaking + boulder_block() + structure_viaduct(kind, 4, 0.5))
+        write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + breaking + boulder_block() + structure_viaduct(kind, 4, 0.5))
     write("../k4580-viaduct-damage/deep-fine.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES['deep']}, finer cells in the middle pier", 38, 0.1) + site("deep") + MATERIALS + breaking + boulder_block() + structure_viaduct("deep", 4, 0.5, refined("deep", 0.25)))
     laws = law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "C40", 0) + law("C40", "C40", 0) + law("C40", "slope", 0)
     write("../k4580-viaduct-damage/rock-mass-deep.toml", head(f"K4580 rock mass on the breaking viaduct, {TITLES['deep']}", 38, 0.1, 0.05) + site("deep") + MATERIALS + laws + rock_mass() + structure_viaduct("deep", 4, 0.5))
