@@ -66,6 +66,10 @@ double IslandStepper::project(double h) {
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
   if (deepest <= shows) return deepest;
   const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;
+  // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a heap a pass that comes as close saves one, and its
+  // search of rows; and only what is as near as a column of blocks could move becomes a row.
+  const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / deepest, in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
+  const auto near = [&] { return 4 * deepest + (in_heap() ? std::min(1e-3 * length_, 100 * deepest) : 1e-3 * length_); };
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
@@ -77,9 +81,10 @@ double IslandStepper::project(double h) {
     problem_.clear();
     nodes_.clear();
     held_.clear();
+    const double within = near();
     for (Touch& t : touches_) {
       t.row = -1;
-      if (!believed(t) || t.at.gap > 4 * deepest + 1e-3 * length_) continue;
+      if (!believed(t) || t.at.gap > within) continue;
       t.mode = Mode::idle;
       add_row(t, 1, true);
       contact::ProblemContact& c = problem_.contacts.back();
@@ -93,7 +98,7 @@ double IslandStepper::project(double h) {
     std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);
     contact::SolveSettings settings;
     settings.velocity_scale = deepest;
-    settings.tolerance = std::clamp(0.2 * tolerance / deepest, 1e-3, 0.2);   // the rows are no closer to the blocks' own gaps
+    settings.tolerance = closeness();
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
