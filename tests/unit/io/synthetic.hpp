@@ -150,7 +150,7 @@ struct SyntheticRun {
 
   Structure::Snapshot snapshot(double t) const {
     Structure::Snapshot s;
-    const auto [nx, ny, nz] = cells;
+    const int nx = cells[0], ny = cells[1], nz = cells[2];
     const auto id = [&](int i, int j, int k) { return (k * (ny + 1) + j) * (nx + 1) + i; };
     for (int k = 0; k <= nz; ++k)
       for (int j = 0; j <= ny; ++j)

@@ -40,7 +40,7 @@ TEST(FinalState, ComesBackBitForBit) {
   EXPECT_EQ(s.structures.at("wall").history, sample().structures.at("wall").history);
   EXPECT_EQ(s.bodies, sample().bodies);
   ASSERT_EQ(s.contacts.size(), 2U);
-  const coupling::ContactMemory &m = s.contacts[0].memory, &expected = sample().contacts[0].memory;
+  const coupling::ContactMemory &m = s.contacts[0].memory, expected = sample().contacts[0].memory;
   EXPECT_EQ(s.contacts[0].partner, 1);
   EXPECT_EQ(m.feature, expected.feature);
   EXPECT_EQ(m.force, expected.force);
