@@ -417,6 +417,22 @@ diameter = "12 mm"
 cover = "40 mm"
 spacing = "150 mm"
 
+# The cap beams reach 2.5 m out beyond the pier on either side: plain, they broke off when a pier was shaken.
+[[structure.rebar]]
+part = "cap"
+kind = "longitudinal"
+bars = 40
+diameter = "28 mm"
+cover = "50 mm"
+
+[[structure.rebar]]
+part = "cap"
+kind = "stirrups"
+bars = 4
+diameter = "12 mm"
+cover = "38 mm"
+spacing = "150 mm"
+
 [coupling]
 scheme = "two-way"
 audit = "report"
@@ -446,7 +462,7 @@ def main():
         write(f"../k4580-viaduct-damage/{kind}.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES[kind]}", 38, 0.1) + site(kind) + MATERIALS + breaking + boulder_block() + structure_viaduct(kind, 4, 0.5))
     write("../k4580-viaduct-damage/deep-fine.toml", head(f"K4580 boulder on the breaking viaduct, {TITLES['deep']}, finer cells in the middle pier", 38, 0.1) + site("deep") + MATERIALS + breaking + boulder_block() + structure_viaduct("deep", 4, 0.5, refined("deep", 0.25)))
     laws = law("rock", "rock", 0) + law("rock", "slope", 0) + law("rock", "C40", 0) + law("C40", "C40", 0) + law("C40", "slope", 0)
-    write("../k4580-viaduct-damage/rock-mass-deep.toml", head(f"K4580 rock mass on the breaking viaduct, {TITLES['deep']}", 38, 0.1, 0.05) + site("deep") + MATERIALS + laws + rock_mass() + structure_viaduct("deep", 4, 0.5))
+    write("../k4580-viaduct-damage/rock-mass-deep.toml", head(f"K4580 rock mass on the breaking viaduct, {TITLES['deep']}", 38, 0.1, 0.05) + site("deep") + MATERIALS + laws + rock_mass() + structure_viaduct("deep", 4, 0.43))
 
 
 if __name__ == "__main__":
