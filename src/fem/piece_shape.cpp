@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 
 #include <algorithm>
+#include <map>
 #include <cmath>
 #include <optional>
 
@@ -168,6 +169,32 @@ std::vector<Vec3> straightened(std::span<const Vec3> reference, std::span<const 
     }
   }
   return points;
+}
+
+void part_touching_edges(std::vector<Vec3>& vertices, std::vector<Triangle>& triangles, std::vector<int> cell) {
+  std::map<std::pair<int, int>, std::vector<int>> at;   // triangles at each edge
+  const auto edge = [](int a, int b) { return std::pair(std::min(a, b), std::max(a, b)); };
+  for (int t = 0; t < static_cast<int>(triangles.size()); ++t)
+    for (std::size_t k = 0; k < 3; ++k) at[edge(triangles[t][k], triangles[t][(k + 1) % 3])].push_back(t);
+  std::vector<std::pair<int, int>> touching;
+  for (const auto& [ends, list] : at)
+    if (list.size() > 2) touching.push_back(ends);
+  for (const auto& ends : touching) {
+    std::map<int, int> middle;   // by cell
+    for (const int t : std::vector<int>(at[ends])) {
+      const auto [v, fresh] = middle.try_emplace(cell[static_cast<std::size_t>(t)], static_cast<int>(vertices.size()));
+      if (fresh) vertices.push_back(0.5 * (vertices[static_cast<std::size_t>(ends.first)] + vertices[static_cast<std::size_t>(ends.second)]));
+      // (a, b, c) becomes (a, m, c) and (m, b, c), which takes over what was known of its edge (b, c).
+      Triangle& whole = triangles[static_cast<std::size_t>(t)];
+      while (edge(whole[0], whole[1]) != ends) std::rotate(whole.begin(), whole.begin() + 1, whole.end());
+      const int other = static_cast<int>(triangles.size());
+      const Triangle half{v->second, whole[1], whole[2]};
+      std::replace(at[edge(whole[1], whole[2])].begin(), at[edge(whole[1], whole[2])].end(), t, other);
+      whole[1] = v->second;
+      triangles.push_back(half);
+      cell.push_back(cell[static_cast<std::size_t>(t)]);
+    }
+  }
 }
 
 void merge_planar(std::vector<Vec3>& vertices, std::vector<Triangle>& triangles) {

@@ -14,6 +14,10 @@ namespace talus::fem {
 /// `reference`, `present`: n points [m]; `weight`: n, not negative. Returns n points.
 std::vector<Vec3> straightened(std::span<const Vec3> reference, std::span<const Vec3> present, std::span<const double> weight, double tolerance);
 
+/// Where a part touches itself along an edge and its sheets are one again at both ends of it, no vertices of its own can part them: the edge would have four
+/// triangles. It gets a vertex in its middle for each sheet, the two triangles there of one cell. `cell`: of each triangle.
+void part_touching_edges(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, std::vector<int> cell);
+
 /// Takes out vertices within planar parts and on straight edges of a closed triangulation, so that the same surface has as few triangles as
 /// reasonable. Edges keep two triangles each, normals their directions; vertices are numbered anew.
 void merge_planar(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles);

@@ -162,7 +162,8 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  const ClosedSurface surface = close_surface(skin(mesh_, neighbours_, only));
+  const std::vector<SkinQuad> quads = skin(mesh_, neighbours_, only);
+  const ClosedSurface surface = close_surface(quads);
   std::vector<Vec3> reference, present;
   std::vector<double> weight;
   std::map<int, std::size_t> at;
@@ -180,6 +181,9 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
     f.triangles.push_back({v[0], v[1], v[2]});
     f.triangles.push_back({v[0], v[2], v[3]});
   }
+  std::vector<int> cell;   // of each triangle
+  for (const SkinQuad& quad : quads) cell.insert(cell.end(), {quad.cell, quad.cell});
+  part_touching_edges(f.vertices, f.triangles, std::move(cell));
   merge_planar(f.vertices, f.triangles);
   for (int cell : cells) switch_off(cell);
   for (const auto& [n, m] : share) {

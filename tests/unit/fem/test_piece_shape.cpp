@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 
 #include "contact/polyhedron.hpp"
+#include "core/error.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/piece_shape.hpp"
 #include "unit/fem/fem_specs.hpp"
@@ -98,4 +99,36 @@ TEST(PieceShape, BentPiecesStaySoOnlyBeyondTheTolerance) {
   }
   EXPECT_EQ(points[19], present[19]);
   EXPECT_EQ(straightened(reference, present, weight, 1e-6), present);   // less than half is near: nothing moves
+}
+
+/// Two cells that meet along an edge alone, between two layers that join them at both of its ends: six faces round each tunnel, one edge with four.
+TEST(PieceShape, SheetsThatMeetAlongAnEdgeAndAreOneAtItsEndsArePart) {
+  StructureSpec s;
+  s.kind = "box";
+  s.size = Vec3(2, 2, 3);
+  s.cells = {2, 2, 3};
+  const HexMesh mesh = make_mesh(s);
+  std::vector<char> live(mesh.hexes.size(), 1);
+  for (std::size_t c = 0; c < live.size(); ++c) {
+    Vec3 centre = Vec3::Zero();
+    for (const int n : mesh.hexes[c]) centre += mesh.nodes[n] / 8;
+    live[c] = std::abs(centre.z() - mesh.nodes[mesh.hexes[0][0]].z() - 1.5) > 0.6 || centre.x() * centre.y() > 0;
+  }
+  const std::vector<SkinQuad> quads = skin(mesh, neighbours(mesh), live);
+  const ClosedSurface surface = close_surface(quads);
+  Shape piece;
+  std::vector<int> cell;
+  for (const int n : surface.node) piece.vertices.push_back(mesh.nodes[n]);
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    const auto& v = surface.quad[q];
+    piece.triangles.push_back({v[0], v[1], v[2]});
+    piece.triangles.push_back({v[0], v[2], v[3]});
+    cell.insert(cell.end(), {quads[q].cell, quads[q].cell});
+  }
+  EXPECT_THROW(make_polyhedron(piece.vertices, piece.triangles), InputError);
+  part_touching_edges(piece.vertices, piece.triangles, cell);
+  EXPECT_NEAR(volume(piece), 10, 1e-12);
+  merge_planar(piece.vertices, piece.triangles);
+  EXPECT_NEAR(volume(piece), 10, 1e-12);
+  EXPECT_NO_THROW(make_polyhedron(piece.vertices, piece.triangles));
 }
