@@ -75,9 +75,8 @@ for case in k4580-boulder k4580-rock-mass k4580-viaduct-damage; do
     directories="$directories $out/$case-$slope"
   done
   if [ $case = k4580-viaduct-damage ] && [ -z "$reduced" ]; then
-    run $case-fine $case/deep-fine.toml
     run $case-rocks $case/rock-mass-deep.toml
-    directories="$directories $out/$case-fine $out/$case-rocks"
+    directories="$directories $out/$case-rocks"
   fi
   case $case in
     k4580-viaduct-damage) judge $case "$here/k4580/evaluate_damage.py" $directories ;;
