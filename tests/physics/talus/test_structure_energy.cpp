@@ -73,33 +73,26 @@ TEST(StructureEnergy, CornerThatSinksIntoASlab) {
   EXPECT_LT(std::abs(last.algorithmic), 1e-8 * last.kinetic);
 }
 
-/// A cube that turns as it strikes a column: its step is halved once springs are loaded. Where it is, the spring's force lasts for the mean of both steps, as the structure's own
-/// forces do; for the new one alone, a hundredth of the energy was made.
-TEST(StructureEnergy, HalvedStepsMakeNothing) {
+/// A cube that turns as it strikes a column, on histories of that interval: most that the scheme has made, of the impact's energy.
+double made_while_turning(double history) {
   SceneText s = scene(0.02, "40 GPa", 0.5, "normal_stiffness = \"10 GPa/m\"");
-  s.history(2e-3);
+  s.history(history);
   s.raw(structure_box("column", Vec3(0.4, 1, 2), Vec3(0, 0, 1), {2, 4, 8}, "concrete", "support = [\"-z\"]\npreload = \"none\"\n"));
   s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.6, 0.05, 1.6), velocity(Vec3(15, 0, 1)) + spin(Vec3(2, 3, 1)));
   const Outcome o = run_scene(s.str());
-  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_TRUE(o.ok()) << o.result.message;
   double least = 0;
   for (const sim::HistoryRow& r : o.rows) least = std::min(least, r.ledger.algorithmic);
-  EXPECT_GT(least, -1e-3 * o.rows.front().ledger.kinetic);
   EXPECT_LT(o.rows.back().ledger.kinetic, 0.9 * o.rows.front().ledger.kinetic);   // it did strike
+  return -least / o.rows.front().ledger.kinetic;
 }
 
+/// Its step is halved once springs are loaded. Where it is, the spring's force lasts for the mean of both steps, as the structure's own forces do; for the new one alone, a hundredth of the energy was
+/// made.
+TEST(StructureEnergy, HalvedStepsMakeNothing) { EXPECT_LT(made_while_turning(2e-3), 1e-3); }
+
 /// The same on histories ten times as close: the length of the step before goes with the contact from one stretch between two rows to the next, where 4e-3 were made.
-TEST(StructureEnergy, StepsAreKnownFromStretchToStretch) {
-  SceneText s = scene(0.02, "40 GPa", 0.5, "normal_stiffness = \"10 GPa/m\"");
-  s.history(2e-4);
-  s.raw(structure_box("column", Vec3(0.4, 1, 2), Vec3(0, 0, 1), {2, 4, 8}, "concrete", "support = [\"-z\"]\npreload = \"none\"\n"));
-  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.6, 0.05, 1.6), velocity(Vec3(15, 0, 1)) + spin(Vec3(2, 3, 1)));
-  const Outcome o = run_scene(s.str());
-  ASSERT_TRUE(o.ok()) << o.result.message;
-  double least = 0;
-  for (const sim::HistoryRow& r : o.rows) least = std::min(least, r.ledger.algorithmic);
-  EXPECT_GT(least, -1e-3 * o.rows.front().ledger.kinetic);
-}
+TEST(StructureEnergy, StepsAreKnownFromStretchToStretch) { EXPECT_LT(made_while_turning(2e-4), 1e-3); }
 
 /// A cube turned a little strikes the side of a pier on springs in N/m, so that corner, edge and face follow each other.
 struct SpringTale { double made = 0, taken = 0; };   // by the scheme, of the impact's energy; made: given back of what was taken
