@@ -174,7 +174,7 @@ void find_points(const dda::Model& m, const dda::State& s, const Environment& en
 void make_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair, std::span<const FoundPoint> points,
                   const ContactHistory& history, std::vector<Touch>& out) {
   const std::size_t first = out.size();
-  const auto kb = static_cast<std::size_t>(pair.b);
+  const auto kb = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
   const Polyhedron& shape_b = *m.blocks[kb].shape;
   const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
@@ -204,9 +204,10 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (last == nullptr && at_structure) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
     if (last == nullptr && !at_structure) join_pair(t, memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
-    if (!bonded) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
+    const bool hard = bonded || (at_skin && p.face_a >= 0 && within_cell(*t.law, env.structures[of_a].structure->young(), face_edge(env.structures[of_a].index->surface(), p.face_a)));
+    if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring
-    if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[static_cast<std::size_t>(pair.a.index)]);
+    if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
     if (at_skin) last_of.push_back(last);
   }
   spare_newborn(std::span(out).subspan(first), memory, partner);

@@ -22,15 +22,17 @@ void take_over(const ContactMemory& memory, Touch& t) {
   t.persistent = !memory.force.isZero(0);
 }
 
-/// What a trilinear cell gives under a force at one point of its face beyond what the continuum does: a node of the face
-/// 1.60/(E h), its centre 0.54/(E h), in between by the sum of the squared weights (1 and 1/4) [m/N].
+/// What a trilinear cell gives under a force at one point of its face beyond what the continuum does, times E h: at the face's centre and at a node.
+constexpr double given_at_centre = 0.54, given_at_node = 1.60;
+
+/// That of a point of the face, in between by the sum of the squared weights (1/4 and 1) [m/N].
 double cell_compliance(const StructurePart& part, const contact::ContactPoint& at) {
   if (part.fixed_surface || at.face_a < 0) return 0;
   const TriangleSurface& s = part.index->surface();
   const SurfaceWeights w = surface_weights(s, at.face_a, at.point_a);
   double squares = 0;
   for (int i = 0; i < w.count; ++i) squares += w.weight[static_cast<std::size_t>(i)] * w.weight[static_cast<std::size_t>(i)];
-  return (0.54 + (squares - 0.25) / 0.75 * (1.60 - 0.54)) / (part.structure->young() * face_edge(s, at.face_a));
+  return (given_at_centre + (squares - 0.25) / 0.75 * (given_at_node - given_at_centre)) / (part.structure->young() * face_edge(s, at.face_a));
 }
 
 /// Mass that a contact of the pair stops: the two blocks in series, the one if its partner is held or a structure [kg].
@@ -155,6 +157,11 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
         t.stiffness = std::max(t.stiffness, t.normal_law.slope(0.5 * (law.table[i - 1].first + law.table[i].first)));
       break;
   }
+}
+
+bool within_cell(const ContactLaw& law, double young, double edge) {
+  const bool lossless = law.damping_ratio == 0 && !law.restitution;
+  return law.kind == ContactLaw::Kind::linear && law.stiffness == ContactLaw::Stiffness::per_contact && lossless && given_at_centre * law.normal_stiffness >= young * edge;
 }
 
 void keep_stiffness(Touch& t, const ContactMemory& last) {

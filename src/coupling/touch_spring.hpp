@@ -13,6 +13,10 @@ const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint6
 /// Springs and law of a contact point. `crushed`: indentation lost for good in earlier steps [m].
 void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin);
 
+/// Whether a spring in N/m gives less than the touched cell of a structure (Young's modulus [Pa], edge of its face [m]) does of its own, at whatever
+/// point of the face: the cell gives more than both should, and the contact is hard. One with a dashpot stays a spring.
+bool within_cell(const ContactLaw& law, double young, double edge);
+
 /// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner) or where it took over what others held: a softer
 /// one would hold its energy only at an indentation that nothing has made.
 void keep_stiffness(Touch& t, const ContactMemory& last);

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "contact/impact_damping.hpp"
+#include "coupling/touch_spring.hpp"
 #include "sim/ground.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
@@ -126,6 +127,9 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
     else if (law.restitution && law.damping_ratio == 0)
       lines.push_back(fmt::format("  {}: restitution {:g} at it by dashpots, damping ratio {:.3f} of the contact's springs; the structure's own deformation comes on top", pair, *law.restitution,
                                   contact::damping_ratio_for(*law.restitution)));
+    const double edge = coupling::face_edge(part.index->surface()), young = part.structure->young();
+    if (coupling::within_cell(law, young, edge))
+      lines.push_back(fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of its own, which gives more than both should", pair, law.normal_stiffness));
     if (law.restitution_tangential) lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
     if (law.rolling_resistance > 0) lines.push_back(fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
   }
