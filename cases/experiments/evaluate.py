@@ -21,8 +21,9 @@ here = pathlib.Path(__file__).resolve().parent
 
 
 def saatci(beam, strength, mass, peak, residual, force=None):
+    height = mass / (0.3 * 0.25 * 7850)   # of the weight, of steel; its foot starts 0.5 mm above the beam
     return {"scene": "experiments-saatci-vecchio", "peak": peak, "residual": residual, "force": force, "duration": 0.06,
-            "set": [f"material.concrete.f_cm={strength}e6", f"material.weight.density={mass / (0.3 * 0.25 * 0.5):.17g}", f'structure.beam.rebar="bars-{beam}.csv"']}
+            "set": [f"material.concrete.f_cm={strength}e6", f"block.weight.size=[0.3,0.25,{height:.6f}]", f"block.weight.position=[0.0,0.0,{0.2055 + height / 2:.6f}]", f'structure.beam.rebar="bars-{beam}.csv"']}
 
 
 def kishi(beam, span, speed, peak, residual):
