@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <span>
+#include <utility>
 
 #include "contact/narrow_math.hpp"
 #include "contact/surface_index.hpp"
@@ -71,6 +72,7 @@ struct Piece {
   Polygon polygon;
   Vec3 lift;
   bool sunk;
+  std::array<double, 4> past{};   // how far the block's facet reaches past each border of the face [m]
 };
 
 /// Faces that the block sinks into along nearly the same normal.
@@ -89,6 +91,7 @@ struct Sunk {
   double area = 0, volume = 0;
   Vec3 moment = Vec3::Zero();
   double reach_sq = 0;   // of what is farthest from its middle [m^2]
+  bool across = false;   // see leave_out_across()
   double depth() const { return volume / area; }
   Vec3 middle() const { return moment / area; }
   double width() const { return area / (2 * std::sqrt(reach_sq)); }   // of the footprint, at least
@@ -116,11 +119,12 @@ class BedFinder {
     for (std::size_t f = 0; f < faces_.size(); ++f) cover(f);
     measure();
     measure_widths();
+    leave_out_across();
     edge_ = std::count_if(directions_.begin(), directions_.end(), [](const Direction& d) { return d.area > 0; }) > 1;
     for (std::size_t i = 0, last = 0; i < pieces_.size(); i = last) {
       while (last < pieces_.size() && pieces_[last].face == pieces_[i].face) ++last;
       const Direction& d = directions_[direction_[pieces_[i].face]];
-      if (d.area + d.near_area > 0 && !across(pieces_[i].face) && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, out);
+      if (d.area + d.near_area > 0 && !sunk(pieces_[i].face).across && !from_the_side(pieces_[i].face)) divide(std::span(pieces_).subspan(i, last - i), d, out);
     }
     std::stable_sort(out.begin(), out.end(), [](const Footprint& a, const Footprint& b) { return a.triangle != b.triangle ? a.triangle < b.triangle : a.sector < b.sector; });
   }
@@ -149,6 +153,7 @@ class BedFinder {
       if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
       const Vec3& facet = normal_[static_cast<std::size_t>(block_.triangle_face[k])];
       lift_ = facet / facet.dot(face.normal);
+      past_ = reach_past(face, static_cast<std::size_t>(block_.triangle_face[k]));
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
@@ -157,6 +162,17 @@ class BedFinder {
       if (std::isfinite(yield_)) cut_cells(f);
       else slices(f, 0);
     }
+  }
+
+  std::array<double, 4> reach_past(const Face& face, std::size_t facet) const {
+    std::array<double, 4> past{};
+    for (std::size_t side = 0; side < 4; ++side) {
+      const Vec3 &from = face.corner[side], &to = face.corner[(side + 1) % 4];
+      const double border = (to - from).head<2>().norm();
+      for (int v = block_.face_offset[facet]; v < block_.face_offset[facet + 1]; ++v)
+        past[side] = std::max(past[side], -side_of(from, to, local_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(v)])]) / border);
+    }
+    return past;
   }
 
   /// Keeps of the polygon where the block reaches to before the face: past the structure's rim it may lie wholly on the other side.
@@ -200,7 +216,7 @@ class BedFinder {
     part_ = polygon_;
     keep(part_, next_, [&](const Vec3& x) { return x.z() - from; });
     if (std::isfinite(to)) keep(part_, next_, [&](const Vec3& x) { return to - x.z(); });
-    if (part_.size() >= 3) pieces_.push_back({face, cell, part_, lift_, from >= 0});
+    if (part_.size() >= 3) pieces_.push_back({face, cell, part_, lift_, from >= 0, past_});
   }
 
   void measure() {
@@ -247,18 +263,29 @@ class BedFinder {
     return s.depth() * area > stands_out * volume || area == 0;
   }
 
-  /// True where the block lies across a convex edge of the structure, by far less deep below the face on the other side of it: it presses there, and the same
-  /// overlap is not counted twice. Face by face: in a pocket the block lies across edges on all its sides.
-  bool across(std::size_t face) const {
-    const Sunk& d = sunk(face);
-    if (!(d.area > 0)) return false;
-    const Vec3& below = faces_[face].normal;
-    return std::any_of(sunk_.begin(), sunk_.end(), [&](const Sunk& e) {
-      if (!(e.area > 0) || direction_[e.face] == direction_[face] || 2 * e.depth() >= d.depth()) return false;
-      const Vec3& other = faces_[e.face].normal;
-      const Vec3 apart = d.middle() - e.middle();
-      return other.dot(below) >= -0.5 && other.dot(apart) < e.depth() && -below.dot(apart) < d.depth();
-    });
+  /// Leaves out the faces across a convex edge of the structure, below which the block lies far deeper than below the faces on the other side of it: it presses there, and the same overlap is
+  /// not counted twice. It is the same if the faces there count at least half as much of it; a corner of the block that has only begun to reach past the edge does not. From the shallowest on, since
+  /// what is left out presses nowhere. Face by face: in a pocket the block lies across edges on all its sides.
+  void leave_out_across() {
+    std::vector<Sunk*> order;
+    for (Sunk& s : sunk_)
+      if (s.area > 0) order.push_back(&s);
+    std::stable_sort(order.begin(), order.end(), [](const Sunk* a, const Sunk* b) { return a->depth() < b->depth(); });
+    for (std::size_t i = 0; i < order.size(); ++i) {
+      double counted = 0;
+      bool any = false;
+      for (std::size_t k = 0; k < i; ++k)
+        if (!order[k]->across && lies_across(*order[i], *order[k])) counted += order[k]->volume, any = true;
+      order[i]->across = any && 2 * counted >= order[i]->volume;
+    }
+  }
+
+  /// True if the block lies across the edge between two faces, by far less deep below e than below d.
+  bool lies_across(const Sunk& d, const Sunk& e) const {
+    if (direction_[e.face] == direction_[d.face] || 2 * e.depth() >= d.depth()) return false;
+    const Vec3 &below = faces_[d.face].normal, &other = faces_[e.face].normal;
+    const Vec3 apart = d.middle() - e.middle();
+    return other.dot(below) >= -0.5 && other.dot(apart) < e.depth() && -below.dot(apart) < d.depth();
   }
 
   void measure_widths() {
@@ -271,13 +298,19 @@ class BedFinder {
     }
   }
 
+  /// Two directions across a normal that depend on it alone. Of axes that lie across it much the same the first is taken, so that a face along the axes, the most common one, does not change its lines as it trembles.
+  static std::pair<Vec3, Vec3> lines_of(const Vec3& normal) {
+    constexpr double alike = 0.1;
+    int least = 0;
+    while (std::abs(normal[least]) > normal.cwiseAbs().minCoeff() + alike) ++least;
+    const Vec3 along = normal.cross(Vec3::Unit(least)).normalized();
+    return {along, normal.cross(along)};
+  }
+
   /// The pieces of one face, cut by the two lines through the middle of their direction where these pass well within them.
   void divide(std::span<const Piece> pieces, const Direction& d, std::vector<Footprint>& out) {
     const Face& face = faces_[pieces.front().face];
-    // Two directions that depend on the normal alone.
-    int least = 0;
-    d.normal.cwiseAbs().minCoeff(&least);
-    const Vec3 along = d.normal.cross(Vec3::Unit(least)).normalized(), other = d.normal.cross(along);
+    const auto [along, other] = lines_of(d.normal);
     const Vec3 middle = face.local(d.middle());
     const Vec3 across[2] = {Vec3(face.u.dot(along), face.v.dot(along), 0), Vec3(face.u.dot(other), face.v.dot(other), 0)};
     bool whole[2];
@@ -289,6 +322,7 @@ class BedFinder {
       side[k] = low + high;
       whole[k] = std::min(-low, high) < inner * (high - low);
     }
+    const std::size_t first = out.size();
     for (int sector = 0; sector < 4; ++sector) {
       const double sign[2] = {(sector & 1) != 0 ? -1.0 : 1.0, (sector & 2) != 0 ? -1.0 : 1.0};
       if ((whole[0] && side[0] * sign[0] < 0) || (whole[1] && side[1] * sign[1] < 0)) continue;
@@ -299,24 +333,57 @@ class BedFinder {
         if (part_.size() >= 3) add(face, sector, p, out);
       }
     }
+    if (edge_ && std::isinf(yield_)) push_by_energy(std::span(out).subspan(first));
+  }
+
+  /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the borders of a face push along it. The facets' own push, summed over all of them, is the same as
+  /// long as none leans over; one that does was missing there.
+  static void push_by_energy(std::span<Footprint> parts) {
+    for (Footprint& part : parts)
+      for (Column& c : part.columns) c.lift = part.volume > 0 ? Vec3(part.normal + part.push / part.volume) : part.normal;
+  }
+
+  /// 1/2 d^2 along what of the polygon's outline lies on the face's borders, times the way out. Where the block ends with the face, the columns it loses on one side or the other hold it in the middle: the push comes
+  /// as it reaches past the border by what it is deep.
+  static Vec3 border_push(const Face& face, const Polygon& polygon, const std::array<double, 4>& past) {
+    Vec3 push = Vec3::Zero();
+    for (std::size_t i = 0; i < polygon.size(); ++i) {
+      const Vec3 &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+      const double length = (b - a).head<2>().norm();
+      for (int side = 0; side < 4; ++side) {
+        const Vec3 &from = face.corner[side], &to = face.corner[(side + 1) % 4];
+        const double border = (to - from).head<2>().norm();
+        if (std::max(std::abs(side_of(from, to, a)), std::abs(side_of(from, to, b))) > 1e-9 * border * border) continue;
+        const Vec3 out = ((to.y() - from.y()) * face.u - (to.x() - from.x()) * face.v) / border;   // corners run counter-clockwise
+        const double deep = std::max(a.z(), b.z());
+        if (deep > 0) push += std::min(1.0, past[static_cast<std::size_t>(side)] / deep) * length / 6 * (a.z() * a.z() + a.z() * b.z() + b.z() * b.z()) * out;
+        break;
+      }
+    }
+    return push;
   }
 
   /// What of a piece is left in `part_`.
   void add(const Face& face, int sector, const Piece& piece, std::vector<Footprint>& out) const {
     const Polygon& polygon = part_;
+    const bool pushes = edge_ && piece.sunk && std::isinf(yield_);
+    bool pushed = false;
     auto part = std::find_if(out.rbegin(), out.rend(), [&](const Footprint& q) { return q.triangle == face.first && q.sector == sector; });
     for (std::size_t i = 1; i + 1 < polygon.size(); ++i) {
       const double area = fan_area(polygon, i);
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
-        out.push_back({face.first, sector, face.normal, edge_, -std::numeric_limits<double>::infinity(), {}, {}});
+        Footprint& fresh = out.emplace_back();
+        fresh.triangle = face.first, fresh.sector = sector, fresh.normal = face.normal, fresh.edge = edge_;
         part = out.rbegin();
         part->deepest_in.fill(part->deepest);
       }
+      if (pushes && !std::exchange(pushed, true)) part->push += border_push(face, polygon, piece.past);
       double& deepest = part->deepest_in[static_cast<std::size_t>(piece.cell)];
       deepest = std::max({deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
       part->deepest = std::max(part->deepest, deepest);
       const Vec3 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
+      if (piece.sunk) part->volume += area * (a.z() + b.z() + c.z()) / 3;
       part->columns.push_back({area, {a.z(), b.z(), c.z()}, {face.place(a), face.place(b), face.place(c)}, piece.lift, piece.cell});
     }
   }
@@ -333,6 +400,7 @@ class BedFinder {
   std::vector<Sunk> sunk_;               // of the faces with pieces, in their order
   Polygon polygon_, part_, next_, whole_, strip_;
   Vec3 lift_;
+  std::array<double, 4> past_{};
 };
 
 }  // namespace

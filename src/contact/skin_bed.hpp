@@ -19,9 +19,11 @@ struct Footprint {
   int triangle = 0;  // of the skin's face, the first of its four
   int sector = 0;    // 0 to 3, by the signs across the two lines
   Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
-  bool edge = false;   // the block lies in faces of another direction, too: the force acts along its facets
+  bool edge = false;   // the block lies in faces of another direction, too: the force acts as the columns' energy asks for, across the normal as well
   double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]
   std::array<double, crater_cells * crater_cells> deepest_in{};   // of each cell of the face within the part, minus infinity: none [m]
+  double volume = 0;             // sunk in [m^3]
+  Vec3 push = Vec3::Zero();      // 1/2 d^2 along the borders of the face, outward: what columns past them give a block that moves there [m^3]
   std::vector<Column> columns;
 };
 

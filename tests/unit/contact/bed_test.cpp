@@ -135,6 +135,48 @@ TEST(Bed, MovedIsAsFoundThere) {
   }
 }
 
+/// Sums over the bed of a box's top and sides below a block whose corner has come down at `place`, past an edge of the box and with a facet that leans over.
+struct AtEdge { double energy = 0; Vec3 force = Vec3::Zero(); };
+AtEdge bed_at_edge(const Vec3& place) {
+  TriangleSurface skin;
+  const auto face = [&](const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) {   // counter-clockwise from outside
+    const int first = static_cast<int>(skin.vertices.size());
+    for (const Vec3& x : {a, b, c, d, Vec3(0.25 * (a + b + c + d))}) skin.vertices.push_back(x);
+    for (int i = 0; i < 4; ++i) skin.triangles.push_back({first + i, first + (i + 1) % 4, first + 4});
+  };
+  face({0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0});
+  face({0, 0, -1}, {1, 0, -1}, {1, 0, 0}, {0, 0, 0});
+  const SurfaceIndex index(skin);
+  const Polyhedron block = testing::box(0.5, 0.5, 0.5);
+  const Mat3 turned = Eigen::AngleAxisd(0.9, Vec3(1, -0.3, 0.2).normalized()).toRotationMatrix();
+  Vec3 lowest = Vec3::Constant(INFINITY);
+  for (const Vec3& v : block.vertices)
+    if ((turned * v).z() < lowest.z()) lowest = turned * v;
+  std::vector<Footprint> parts;
+  skin_bed(index, block, {place - lowest, turned}, 0.01, std::numeric_limits<double>::infinity(), parts);
+  AtEdge sum;
+  for (const Footprint& part : parts) {
+    Vec3 lift = Vec3::Zero();
+    for (const Column& c : part.columns) lift += c.area * std::max(0.0, c.mean()) * c.lift;
+    const Bed bed(part.columns, part.edge ? Vec3(lift.normalized()) : part.normal, part.deepest, k, std::numeric_limits<double>::infinity(), part.deepest, 0);
+    sum.energy += bed.stored(part.deepest);
+    sum.force += bed.force(part.deepest) * (part.edge ? Vec3(lift.normalized()) : part.normal);
+  }
+  return sum;
+}
+
+/// What the columns push a block with is what their energy falls by as it moves, across the face's normal as well, where the block reaches past an edge.
+TEST(Bed, AtAnEdgeTheForceIsTheEnergysGradient) {
+  const Vec3 place(0.4, 0.02, -0.03);
+  const AtEdge here = bed_at_edge(place);
+  ASSERT_GT(here.energy, 0);
+  for (int i = 1; i < 3; ++i) {
+    const Vec3 step = 1e-5 * Vec3::Unit(i);
+    const double slope = (bed_at_edge(place + step).energy - bed_at_edge(place - step).energy) / 2e-5;
+    EXPECT_NEAR(here.force[i], -slope, 2e-3 * here.force.norm()) << i;
+  }
+}
+
 TEST(Bed, ForceIsTheWorksDerivativeWhereATriangleYieldsInPart) {
   Column c{0.1, {-0.004, 0.003, 0.012}, {}, up};
   c.most = 0.008;
