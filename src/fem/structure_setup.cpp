@@ -7,6 +7,7 @@
 
 #include "fem/mechanism.hpp"
 #include "fem/spec_error.hpp"
+#include "fem/static_balance.hpp"
 #include "fem/structure_fem.hpp"
 #include "fem/trilinear.hpp"
 
@@ -82,7 +83,6 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
-  if (damage_) warn_of_cracks();
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
   divide();
@@ -307,9 +307,44 @@ void FemStructure::preload() {
     report_(fmt::format("structure {}: its weight finds no balance, {:.2g} of it is left (bars that yield, a deck that slides): it moves from the start",
                         spec_.name, std::sqrt(residual / scale)));
   if (!damage_) return;
-  // Concrete that its weight alone takes beyond the elastic limit does not wait for an impact.
+  warn_of_cracks();
   forces(0);
   if (damage_->cells().empty()) return;
+  // The permanent load comes slowly: what it cracks is in balance before the run begins. Laws are evaluated from virgin concrete to u each time: what a pass overshoots leaves no crack.
+  const AlignedVector elastic(u_);
+  const auto left = [&](VecX& force) {
+    double size = 0;
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) {
+          const double weight = mass_[i] * gravity_[c];
+          force[d] = weight - f_int_[4 * i + c];
+          size += weight * weight;
+        }
+    return force.norm() / std::sqrt(size);
+  };
+  const auto solve = [&](const VecX& force, VecX& way) {
+    if (n > largest_factored_system) multigrid().solve(force.data(), way.data(), 1e-10);
+    else factor().solve(force.data(), way.data());
+  };
+  const auto move = [&](const VecX& way) {
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += way[d];
+    moved();
+    forces(0);
+  };
+  const StaticBalance cracked = balanced ? find_balance(n, left, solve, move) : StaticBalance{};
+  if (cracked.found && !(spec_.erosion && !spent_cells().empty())) {
+    report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it stands with what has cracked ({} passes)", spec_.name, damage_->cells().size(), cracked.passes));
+    accept_laws();
+    books_ = StructureEnergy{};   // that was before the run
+    moved();
+    return;
+  }
+  u_ = elastic;
+  moved();
+  forces(0);
   still_ = false;
   report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; they crack or yield from the start. A deck needs bars "
                       "or prestress ([[structure.rebar]] part = \"deck\")", spec_.name, damage_->cells().size()));
