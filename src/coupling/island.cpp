@@ -53,9 +53,12 @@ void IslandStepper::begin(const Island& island) {
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {
   fastest_ = 0;
-  for (Body& b : bodies_) {
+  for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     fastest_ = std::max(fastest_, state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm());
+  }
+  each_body([&](Body& b) {
+    const auto k = static_cast<std::size_t>(b.block);
     b.start = dda::pose(state_, b.block);
     b.q0 = state_.q[k];
     b.rotation0 = state_.rotation(b.block);
@@ -82,7 +85,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.shift.setZero();
     b.v_solved = b.free.velocity;
     linearise_at(b, b.free.q);
-  }
+  });
 }
 
 bool IslandStepper::has_closed() const {

@@ -127,6 +127,8 @@ class IslandStepper {
   void look(std::size_t pair);
   void leave_out(std::size_t pair);
   void each_pair(const std::function<void(std::size_t)>& use) const;   // in any order, on several threads where it pays
+  template <class Use> void each_body(Use&& use);
+  template <class Use> void each_touch(Use&& use);
   void gather_touches();
   void carry();
   void carry_out_of_reach();
@@ -173,6 +175,11 @@ class IslandStepper {
   void to_full_steps(double h);
   void linearise_at(Body& body, const Quat& q_end);
   void assemble(double h, bool lumped, bool first_pass);
+  void begin_rows();
+  void place_row(Touch& touch);
+  void take_row(Touch& touch, double h, bool first_pass);
+  void fill_rows(double h, bool first_pass);
+  void fill_row(Touch& touch, double h, bool first_pass);
   void add_row(Touch& touch, double h, bool first_pass);
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
@@ -193,7 +200,9 @@ class IslandStepper {
   void add_rolling_rows();
   double limit_rolling(const std::function<double(const Touch&)>& pressed);
   bool solve_rolling(double h, Effort effort);
+  void list_terms();
   void apply(double h);
+  void move_body(Body& body, double h);
   void set_spin(int block, const Vec3& momentum, bool strains);
   void shrink_births(int block);
   void confine(const Touch& touch, const contact::ProblemContact& contact);
@@ -213,6 +222,7 @@ class IslandStepper {
   double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;
   void collect_node_impulses();
+  void remember_all(double h);
   void commit(double t_end, double h);
   void save();
   void restore();
@@ -270,6 +280,7 @@ class IslandStepper {
   std::vector<int> local_;                // block -> body, -1
   std::vector<Touch> touches_;            // in the order of the island's pairs
   std::vector<std::vector<Touch>> touches_of_;   // per pair, before internal edges were dropped
+  std::vector<std::size_t> first_of_pair_;       // of touches_of_ one after the other, while they are gathered
   std::vector<Touch> touches_at_surfaces_;
   std::vector<double> margins_;           // per pair: no feature farther apart than this is among the touches [m]
   std::vector<double> left_out_;          // per pair: least gap of the features within its margin that are not among the touches, since they cannot close [m]
@@ -302,6 +313,11 @@ class IslandStepper {
   std::vector<NodeShare> node_impulses_;
   std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration since the last commit; `force` is the impulse [N s]
   std::vector<Saved> saved_;
+  struct TermOfBody { int contact, term; };
+  std::vector<std::size_t> first_term_of_;   // into terms_of_, per body and one more
+  std::vector<TermOfBody> terms_of_;      // of the bodies, ascending contacts of each
+  std::vector<double> theta_of_;          // per contact of the problem
+  std::size_t jacobians_ = 0;             // entries of the Jacobians of the rows that have their place
   std::vector<double> pool_;              // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;
   IslandReport report_;

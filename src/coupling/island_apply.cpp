@@ -49,14 +49,23 @@ void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
   if (t.a.kind == Partner::Kind::block) hold(t.a.index);
 }
 
+/// The terms that act on each body, in the order of the contacts.
+void IslandStepper::list_terms() {
+  const std::size_t bodies = bodies_.size();
+  first_term_of_.assign(bodies + 2, 0);
+  const auto of_block = [&](const contact::ContactTerm& term) { return term.body < static_cast<int>(bodies); };
+  for (const contact::ContactTerm& term : problem_.terms)
+    if (of_block(term)) ++first_term_of_[static_cast<std::size_t>(term.body) + 2];
+  for (std::size_t b = 2; b < first_term_of_.size(); ++b) first_term_of_[b] += first_term_of_[b - 1];
+  terms_of_.resize(first_term_of_.back());
+  for (std::size_t i = 0; i < problem_.contacts.size(); ++i)   // first_term_of_[b + 1] runs up to the end of body b's list
+    for (int k = problem_.contacts[i].first_term; k < problem_.contacts[i].first_term + problem_.contacts[i].terms; ++k)
+      if (const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(k)]; of_block(term)) terms_of_[first_term_of_[static_cast<std::size_t>(term.body) + 1]++] = {static_cast<int>(i), k};
+  first_term_of_.pop_back();
+}
+
 void IslandStepper::apply(double h) {
   if (h > 0) found_for_ = -1;   // an impulse leaves the positions
-  using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
-  for (Body& b : bodies_) {
-    b.impulse.setZero();
-    b.shift.setZero();
-    b.along = Mat3::Identity();
-  }
   // With a hard onset in the step all its impulses act from the start: x + h v^+. Steps of closed touches alone keep the trapezoid, and
   // springs their own rule.
   bool onset = false, sprung = false;
@@ -66,62 +75,63 @@ void IslandStepper::apply(double h) {
     onset = onset || (t.mode == Mode::end && problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0] > 0);
   }
   from_start_ = onset && !sprung && h > 0 && island_->structures.empty();
-  for (Touch& t : touches_) {
-    if (t.row < 0) continue;
-    const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-    t.impulse = c.impulse;
+  theta_of_.assign(problem_.contacts.size(), 0.5);   // of rolling rows and fixed points
+  each_touch([&](Touch& t) {
+    if (t.row < 0) return;
+    t.impulse = problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
     if (from_start_) t.theta = 1;
-    if (t.mode == Mode::spring_end && t.b >= 0 && t.impulse[0] > 0) confine(t, c);
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      if (term.body >= static_cast<int>(bodies_.size())) continue;
-      Body& b = bodies_[static_cast<std::size_t>(term.body)];
+    theta_of_[static_cast<std::size_t>(t.row)] = condensed_ && deformable_structure(t) ? 0.5 : t.theta;
+  });
+  list_terms();
+  each_body([&](Body& b) {
+    b.impulse.setZero();
+    b.shift.setZero();
+    b.along = Mat3::Identity();
+    const std::size_t i = static_cast<std::size_t>(&b - bodies_.data());
+    for (std::size_t e = first_term_of_[i]; e < first_term_of_[i + 1]; ++e) {
+      const auto row = static_cast<std::size_t>(terms_of_[e].contact);
+      const Vec3& p = problem_.contacts[row].impulse;
+      if (p == Vec3::Zero()) continue;
       Vec12 g = Vec12::Zero();
-      g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
+      g.head(b.ndof) = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3, b.ndof).transpose() * p;
       b.impulse += g;
-      b.shift += (b.end_rule ? 1.0 : condensed_ && deformable_structure(t) ? 0.5 : t.theta) * g;
+      b.shift += (b.end_rule ? 1.0 : theta_of_[row]) * g;
     }
+  });
+  if (sprung)
+    for (const Touch& t : touches_)
+      if (t.row >= 0 && t.mode == Mode::spring_end && t.b >= 0 && t.impulse[0] > 0) confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
+  each_body([&](Body& b) { move_body(b, h); });
+}
+
+/// Position, velocity and spin at the end of the step by the impulses on the body.
+void IslandStepper::move_body(Body& b, double h) {
+  const auto k = static_cast<std::size_t>(b.block);
+  const dda::FreeFlow& f = b.free;
+  b.v_solved = f.velocity;
+  state_.c[k] = f.pose.c;
+  state_.q[k] = f.q;
+  state_.eps[k] = f.eps;
+  if (!b.impulse.isZero(0)) {
+    b.v_solved.head(b.ndof) += f.inverse.topLeftCorner(b.ndof, b.ndof) * b.impulse.head(b.ndof);
+    Vec12 d = Vec12::Zero();
+    d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
+    state_.c[k] += d.head<3>();
+    // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls together falls as what falls alone.
+    if (from_start_) state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() / (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) * 0.5 * h * h * model_.gravity;
+    if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
+    if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
-  const auto add = [&](const contact::ProblemContact& c) {
-    for (int k = 0; k < c.terms; ++k) {
-      const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
-      Body& b = bodies_[static_cast<std::size_t>(term.body)];
-      Vec12 g = Vec12::Zero();
-      g.head(b.ndof) = Rows(problem_.jacobians.data() + term.jacobian, 3, b.ndof).transpose() * c.impulse;
-      b.impulse += g;
-      b.shift += (b.end_rule ? 1.0 : 0.5) * g;
-    }
-  };
-  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { add(c); });
-  each_held(touches_, problem_, add);
-  for (Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    const dda::FreeFlow& f = b.free;
-    b.v_solved = f.velocity;
-    state_.c[k] = f.pose.c;
-    state_.q[k] = f.q;
-    state_.eps[k] = f.eps;
-    if (!b.impulse.isZero(0)) {
-      b.v_solved.head(b.ndof) += f.inverse.topLeftCorner(b.ndof, b.ndof) * b.impulse.head(b.ndof);
-      Vec12 d = Vec12::Zero();
-      d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
-      state_.c[k] += d.head<3>();
-      // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls together falls as what falls alone.
-      if (from_start_) state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() / (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) * 0.5 * h * h * model_.gravity;
-      if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
-      if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
-    }
-    // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
-    if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
-    state_.v[k] = b.v_solved.head<3>();
-    state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
-    // Angular momentum exactly: w follows from it at the orientation reached.
-    if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
-      state_.w[k] = b.v_solved.segment<3>(3);
-    } else {
-      set_spin(b.block, b.momentum0 + b.impulse.segment<3>(3), b.ndof == 12);
-    }
+  // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
+  if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));
+  state_.v[k] = b.v_solved.head<3>();
+  state_.eps_rate[k] = b.ndof == 12 ? Vec6(b.v_solved.tail<6>()) : Vec6(Vec6::Zero());
+  // Angular momentum exactly: w follows from it at the orientation reached.
+  if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
+    state_.w[k] = b.v_solved.segment<3>(3);
+  } else {
+    set_spin(b.block, b.momentum0 + b.impulse.segment<3>(3), b.ndof == 12);
   }
 }
 

@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <span>
 
+#include "contact/parallel.hpp"
 #include "coupling/island.hpp"
 
 namespace talus::coupling {
+
+/// What a range of a loop that threads share holds at least. Sums over touches and bodies are made by such ranges, the same whatever the threads.
+constexpr int touches_at_once = 512, bodies_at_once = 64;
 
 /// One block of the island during a step.
 struct IslandStepper::Body {
@@ -46,6 +50,22 @@ struct IslandStepper::Body {
     return v;
   }
 };
+
+/// Calls use(body) for every body of the island, in any order, on several threads where it pays: it may write to what is that body's alone.
+template <class Use>
+void IslandStepper::each_body(Use&& use) {
+  contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) use(bodies_[static_cast<std::size_t>(i)]);
+  });
+}
+
+/// The same for every touch.
+template <class Use>
+void IslandStepper::each_touch(Use&& use) {
+  contact::in_ranges(static_cast<int>(touches_.size()), touches_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) use(touches_[static_cast<std::size_t>(i)]);
+  });
+}
 
 struct IslandStepper::Saved {
   Vec3 c, v, w;
@@ -108,7 +128,7 @@ void each_held(std::span<const Touch> touches, contact::ContactProblem& problem,
 }
 
 /// 3 x ndof block of a contact row: sign * frame^T T(x), column major. Arm x - c in world axes, `strain_map` its way back to body axes.
-void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign);
+void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign);
 
 /// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears as much as it must (`bound` [N s]).
 /// At rest at the end of the step (h = 0: of the impulse), less half of the drift.
@@ -123,7 +143,8 @@ void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, co
       c.first_term = static_cast<int>(problem.terms.size());
       c.terms = 1;
       const int offset = static_cast<int>(problem.jacobians.size());
-      push_jacobian(problem.jacobians, Mat3::Identity(), mid - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
+      problem.jacobians.resize(problem.jacobians.size() + 3 * static_cast<std::size_t>(b.ndof));
+      write_jacobian(problem.jacobians.data() + offset, Mat3::Identity(), mid - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
       problem.terms.push_back({static_cast<int>(l), offset});
       const Vec3 u_ref = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + offset, 3, b.ndof) * b.v_ref.head(b.ndof);
       if (h > 0) c.bias = b.velocity_at_end(b.at_end(x)) - u_ref + 0.5 / h * (x - block.fixed_points_world[i]);

@@ -25,6 +25,13 @@ struct ContactLoss {
   double sprung = 0;     // friction on springs, up to the scheme's own error [J]
 
   void slides(double lost) { (lost > 0 ? friction : driven) += lost; }
+  ContactLoss& operator+=(const ContactLoss& o) {
+    friction += o.friction;
+    driven += o.driven;
+    impact += o.impact;
+    sprung += o.sprung;
+    return *this;
+  }
 
   /// What the normals took in the end [J].
   double settle(Ledger& ledger) const {
@@ -46,11 +53,11 @@ struct ContactLoss {
 
 }  // namespace
 
-/// The books of one step, or of one impulse of no duration (h = 0).
+/// The books of one step, or of one impulse of no duration (h = 0), or of some of its rows or bodies.
 struct IslandStepper::Booking {
   IslandStepper& of;
   double h;
-  Ledger& pending = of.pending_;
+  Ledger pending{};
   ContactLoss loss{};
   double onset = 0;   // what hard contacts and dashpots take where only the sum of it and the scheme's part is known
 
@@ -68,7 +75,27 @@ struct IslandStepper::Booking {
   void position(const Body& b);
   void turning(const Body& b);
   void straining(const Body& b);
+  void add(const Booking& o);
+  template <class Thing, class Use> void each(const std::vector<Thing>& things, int at_once, Use&& use);
 };
+
+void IslandStepper::Booking::add(const Booking& o) {
+  pending += o.pending;
+  loss += o.loss;
+  onset += o.onset;
+}
+
+/// Calls use(books, thing) for all things, on several threads where it pays: `at_once` of them share one book, which are then added one after the other.
+template <class Thing, class Use>
+void IslandStepper::Booking::each(const std::vector<Thing>& things, int at_once, Use&& use) {
+  const int n = static_cast<int>(things.size()), books = (n + at_once - 1) / at_once;
+  std::vector<Booking> parts(static_cast<std::size_t>(books), Booking{of, h});
+  contact::in_ranges(books, of.settings_.threads < 2 ? books : 2, [&](int from, int to) {
+    for (int part = from; part < to; ++part)
+      for (int i = part * at_once; i < std::min(n, (part + 1) * at_once); ++i) use(parts[static_cast<std::size_t>(part)], things[static_cast<std::size_t>(i)]);
+  });
+  for (const Booking& part : parts) add(part);
+}
 
 IslandStepper::Booking::Slip IslandStepper::Booking::slip(const contact::ProblemContact& c) const {
   Slip s;
@@ -196,15 +223,18 @@ void IslandStepper::Booking::straining(const Body& b) {
 
 void IslandStepper::book(double h) {
   Booking books{*this, h};
-  for (const Touch& t : touches_)
-    if (t.row >= 0) books.row(t);
+  books.each(touches_, touches_at_once, [](Booking& of, const Touch& t) {
+    if (t.row >= 0) of.row(t);
+  });
   each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
-  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? pending_.algorithmic : books.loss.impact) -= books.work(c); });
-  for (const Body& b : bodies_)
-    if (!b.impulse.isZero(0) || b.end_rule || b.pressed) books.position(b);
+  each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c); });
+  books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
+    if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);
+    b.ndof == 6 ? of.turning(b) : of.straining(b);
+  });
+  pending_ += books.pending;
   const double met = books.loss.settle(pending_);
   if (from_start_) books.onset += met;
-  for (const Body& b : bodies_) b.ndof == 6 ? books.turning(b) : books.straining(b);
   // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large island at its start, neither along it:
   // its work with the mean velocities counts as lost what the block's own energy says was not, so that only the sum of both is known.
   const double overcounted = std::clamp(-pending_.algorithmic, std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));

@@ -85,24 +85,50 @@ void IslandStepper::shrink_births(int block) {
   std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
 }
 
+/// The memory of every body and skin anew, from the rows of the step.
+void IslandStepper::remember_all(double h) {
+  std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
+  std::vector<std::size_t> first(bodies_.size() + 2, 0);   // into `rows`, per body
+  std::vector<const Touch*> rows;
+  for (const Touch& t : touches_) {
+    if (!t.craters.empty()) craters.push_back(&t);
+    if (t.row >= 0 && t.b >= 0) ++first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 2];
+  }
+  for (std::size_t b = 2; b < first.size(); ++b) first[b] += first[b - 1];
+  rows.resize(first.back());
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.b >= 0) rows[first[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)]) + 1]++] = &t;
+  const auto clear = [](std::vector<ContactMemory>& memory) {
+    double held = 0;
+    for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
+    std::erase_if(memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
+    return held;
+  };
+  const auto sort = [](std::vector<ContactMemory>& memory) {
+    std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) { return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature; });
+  };
+  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
+  std::vector<double> held(bodies_.size());
+  each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - bodies_.data());
+    std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
+    held[i] = clear(memory);
+    keep_craters(craters, b.block, memory);
+    shrink_births(b.block);
+    for (std::size_t k = first[i]; k < first[i + 1]; ++k) remember(*rows[k], h, memory);
+    sort(memory);
+  });
+  for (const double e : held) report_.ledger.algorithmic += e;
+  for (const SurfacePair& pair : island_->surfaces) report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
+  for (const Touch& t : touches_)
+    if (t.row >= 0 && t.b < 0) remember(t, h, surface_history_[static_cast<std::size_t>(t.b_structure)]);
+  for (const SurfacePair& pair : island_->surfaces) sort(surface_history_[static_cast<std::size_t>(pair.b)]);
+}
+
 void IslandStepper::commit(double t_end, double h) {
   report_.ledger += pending_;
   released_ = false;
-  std::vector<std::vector<ContactMemory>*> memories;
-  for (const Body& b : bodies_) memories.push_back(&history_[static_cast<std::size_t>(b.block)]);
-  for (const SurfacePair& pair : island_->surfaces) memories.push_back(&surface_history_[static_cast<std::size_t>(pair.b)]);
-  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
-  for (auto* memory : memories) {
-    for (const ContactMemory& m : *memory) report_.ledger.algorithmic += m.normal_energy + m.shear_energy;
-    std::erase_if(*memory, [](const ContactMemory& m) { return m.feature != born_inside && !is_crater(m); });
-  }
-  std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
-  for (const Touch& t : touches_)
-    if (!t.craters.empty()) craters.push_back(&t);
-  for (const Body& b : bodies_) {
-    keep_craters(craters, b.block, history_[static_cast<std::size_t>(b.block)]);
-    shrink_births(b.block);
-  }
+  remember_all(h);
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;
@@ -110,12 +136,10 @@ void IslandStepper::commit(double t_end, double h) {
   Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
   double moment_scale = 0;
   for (const Touch& t : touches_) {
-    if (t.row < 0) continue;
+    if (t.row < 0 || t.b < 0 || t.a.kind != Partner::Kind::structure) continue;   // between structures what one gets the other gives
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
-    remember(t, h, t.b >= 0 ? history_[static_cast<std::size_t>(t.b)] : surface_history_[static_cast<std::size_t>(t.b_structure)]);
-    if (t.b < 0) continue;   // between structures: what one gets the other gives
-    if (t.a.kind == Partner::Kind::structure && !c.impulse.isZero(0)) {
+    if (!c.impulse.isZero(0)) {
       StructureContact row;
       row.time = t_end;
       row.dt = h;
@@ -150,10 +174,6 @@ void IslandStepper::commit(double t_end, double h) {
     audit.impulse_on_structure += on_structures;
     audit.impulse_on_blocks += on_blocks;
   }
-  for (auto* memory : memories)
-    std::sort(memory->begin(), memory->end(), [](const ContactMemory& x, const ContactMemory& y) {
-      return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature;
-    });
 }
 
 }  // namespace talus::coupling

@@ -261,12 +261,14 @@ void IslandStepper::carry_out_of_reach() {
 }
 
 void IslandStepper::gather_touches() {
-  touches_.clear();
   flush_pair_.clear();
+  first_of_pair_.assign(1, 0);
   for (const std::vector<Touch>& of : touches_of_) {
-    touches_.insert(touches_.end(), of.begin(), of.end());
+    first_of_pair_.push_back(first_of_pair_.back() + of.size());
     flush_pair_.push_back(of.empty() ? 0 : 1);
   }
+  touches_.resize(first_of_pair_.back());
+  each_pair([this](std::size_t i) { std::copy(touches_of_[i].begin(), touches_of_[i].end(), touches_.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i])); });
   drop_internal_edges(model_, state_, env_, flush(), flush_skins(), touches_);
   std::size_t t = 0;
   for (std::size_t i = 0; i < island_->pairs.size(); ++i)

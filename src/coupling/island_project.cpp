@@ -78,16 +78,18 @@ double IslandStepper::project(double h) {
   for (int pass = 0; pass < 24 && deepest > left && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
-    problem_.clear();
-    nodes_.clear();
-    held_.clear();
+    begin_rows();
     const double within = near();
     for (Touch& t : touches_) {
       t.row = -1;
       if (!believed(t) || t.at.gap > within) continue;
       t.mode = Mode::idle;
-      add_row(t, 1, true);
-      contact::ProblemContact& c = problem_.contacts.back();
+      take_row(t, 1, true);
+    }
+    fill_rows(1, true);
+    for (const Touch& t : touches_) {
+      if (t.row < 0) continue;
+      contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
       c.friction = 0;
       c.cohesion = c.tension = 0;
       c.bias = Vec3(t.at.gap - (t.at.gap < -tolerance ? 0.25 * tolerance : 0), 0, 0);

@@ -18,19 +18,17 @@ Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
 
 }  // namespace
 
-void push_jacobian(std::vector<double>& pool, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation,
-                   int ndof, double sign) {
+void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign) {
+  Eigen::Map<Eigen::Matrix<double, 3, Eigen::Dynamic>> j(to, 3, ndof);
   const Mat3 ft = sign * frame.transpose();
-  const Mat3 turning = -ft * skew(arm);
-  const auto push = [&](const Vec3& column) { pool.insert(pool.end(), column.data(), column.data() + 3); };
-  for (int i = 0; i < 3; ++i) push(ft.col(i));
-  for (int i = 0; i < 3; ++i) push(turning.col(i));
+  j.leftCols<3>() = ft;
+  j.middleCols<3>(3) = -ft * skew(arm);
   if (ndof < 12) return;
   const Vec3 X = strain_map * arm;
   for (int k = 0; k < 6; ++k) {
     Vec6 e = Vec6::Zero();
     e[k] = 1;
-    push(ft * (rotation * (dda::strain_tensor(e) * X)));
+    j.col(6 + k) = ft * (rotation * (dda::strain_tensor(e) * X));
   }
 }
 
@@ -123,8 +121,59 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   problem_.contacts.push_back(c);
 }
 
+/// Rows of touches begin. Without structures the pool of Jacobians keeps its size: all of it is written anew.
+void IslandStepper::begin_rows() {
+  if (island_->structures.empty()) {
+    std::vector<double> jacobians = std::move(problem_.jacobians);
+    problem_.clear();
+    problem_.jacobians = std::move(jacobians);
+  } else {
+    problem_.clear();
+  }
+  jacobians_ = 0;
+  nodes_.clear();
+  held_.clear();
+}
+
+/// The next row, its terms and the room for their Jacobians; at a skin that moves the terms follow from the nodes that it names.
+void IslandStepper::place_row(Touch& t) {
+  t.row = static_cast<int>(problem_.contacts.size());
+  contact::ProblemContact& c = problem_.contacts.emplace_back();
+  c.first_term = static_cast<int>(problem_.terms.size());
+  if (moving_skin(t.a)) return;
+  for (const int block : {t.a.kind == Partner::Kind::block ? t.a.index : -1, t.b}) {
+    const int body = block < 0 ? -1 : local_[static_cast<std::size_t>(block)];
+    if (body < 0) continue;
+    problem_.terms.push_back({body, static_cast<int>(jacobians_)});
+    jacobians_ += 3 * static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].ndof);
+  }
+  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+}
+
 void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   if (t.b < 0) return add_surface_row(t, h, first_pass);
+  jacobians_ = problem_.jacobians.size();
+  place_row(t);
+  problem_.jacobians.resize(jacobians_);
+  fill_row(t, h, first_pass);
+}
+
+/// A row of the problem under assembly: at once, or without structures its place alone.
+void IslandStepper::take_row(Touch& t, double h, bool first_pass) {
+  if (island_->structures.empty()) place_row(t);
+  else add_row(t, h, first_pass);
+}
+
+/// Every row that has its place alone.
+void IslandStepper::fill_rows(double h, bool first_pass) {
+  if (!island_->structures.empty()) return;
+  problem_.jacobians.resize(jacobians_);
+  each_touch([&](Touch& t) {
+    if (t.row >= 0) fill_row(t, h, first_pass);
+  });
+}
+
+void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
   Body* body_a = nullptr;
   if (t.a.kind == Partner::Kind::block) {
@@ -181,19 +230,15 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
 
   t.normal = n_mid;
   t.frame = contact_frame(n_mid);
-  t.row = static_cast<int>(problem_.contacts.size());
-  contact::ProblemContact c;
-  c.first_term = static_cast<int>(problem_.terms.size());
+  contact::ProblemContact c = problem_.contacts[static_cast<std::size_t>(t.row)];
   Vec3 u_ref = Vec3::Zero();   // J v_ref
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
   const bool from_start = leapfrog();
+  int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
-    const int offset = static_cast<int>(problem_.jacobians.size());
-    push_jacobian(problem_.jacobians, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(),
-                  b.half_turn * b.rotation0, b.ndof, sign);
-    problem_.terms.push_back({static_cast<int>(&b - bodies_.data()), offset});
-    u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + offset, 3, b.ndof) *
-             b.v_ref.head(b.ndof);
+    double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
+    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
+    u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(j, 3, b.ndof) * b.v_ref.head(b.ndof);
   };
   Vec3 a_end = a_end_body, u_skin = Vec3::Zero();
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
@@ -201,9 +246,12 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
     const Vec3 before = u_ref;
     a_end += h * add_structure_terms(t.a.index, face, t.frame, -1, u_ref);
     u_skin = u_ref - before;
+    next = static_cast<int>(problem_.terms.size());
+    problem_.terms.push_back({static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});
+    problem_.jacobians.resize(problem_.jacobians.size() + 3 * static_cast<std::size_t>(body_b.ndof));
+    c.terms = next + 1 - c.first_term;
   }
   add_body(body_b, p_mid_b, 1);
-  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
 
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end) + t.offset;
@@ -280,13 +328,11 @@ void IslandStepper::add_row(Touch& t, double h, bool first_pass) {
   t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;
-  problem_.contacts.push_back(c);
+  problem_.contacts[static_cast<std::size_t>(t.row)] = c;
 }
 
 void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
-  problem_.clear();
-  nodes_.clear();
-  held_.clear();
+  begin_rows();
   std::size_t pair = 0;   // touches follow the order of the pairs
   for (Touch& t : touches_) {
     t.row = -1;
@@ -310,9 +356,9 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
         t.mode = Mode::end;   // others cannot close within the step, are met by its solution, or are caught by the projection
       }
     }
-    if (t.mode == Mode::idle) continue;
-    add_row(t, h, first_pass);
+    if (t.mode != Mode::idle) take_row(t, h, first_pass);
   }
+  fill_rows(h, first_pass);
   if (leapfrog()) spare_jammed(touches_, touch_gap(), problem_);
   add_rolling_rows();
   limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
@@ -330,19 +376,28 @@ void IslandStepper::finish_bodies() {
   problem_.bodies.clear();
   problem_.v_hat.clear();
   int offset = 0;
+  std::size_t entries = 0;
   for (const Body& b : bodies_) {
     contact::ProblemBody p;
     p.ndof = b.ndof;
     p.offset = offset;
     offset += b.ndof;
-    pool_offset_.push_back(pool_.size());
-    for (int c = 0; c < b.ndof; ++c)
-      for (int r = 0; r < b.ndof; ++r) pool_.push_back(b.free.mass(r, c));
-    for (int c = 0; c < b.ndof; ++c)
-      for (int r = 0; r < b.ndof; ++r) pool_.push_back(b.free.inverse(r, c));
-    for (int i = 0; i < b.ndof; ++i) problem_.v_hat.push_back(b.free.velocity[i]);
+    pool_offset_.push_back(entries);
+    entries += 2 * static_cast<std::size_t>(b.ndof) * static_cast<std::size_t>(b.ndof);
     problem_.bodies.push_back(p);
   }
+  pool_.resize(entries);
+  problem_.v_hat.resize(static_cast<std::size_t>(offset));
+  contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Body& b = bodies_[static_cast<std::size_t>(i)];
+      const int n = b.ndof;
+      double* const m = pool_.data() + pool_offset_[static_cast<std::size_t>(i)];
+      Eigen::Map<MatX>(m, n, n) = b.free.mass.topLeftCorner(n, n);
+      Eigen::Map<MatX>(m + n * n, n, n) = b.free.inverse.topLeftCorner(n, n);
+      Eigen::Map<VecX>(problem_.v_hat.data() + problem_.bodies[static_cast<std::size_t>(i)].offset, n) = b.free.velocity.head(n);
+    }
+  });
   for (const NodeBody& n : nodes_) {
     contact::ProblemBody p;
     p.ndof = 3;

@@ -5,8 +5,12 @@
 #include <numeric>
 #include <vector>
 
+#include "contact/parallel.hpp"
+
 namespace talus::coupling {
 namespace {
+
+constexpr int contacts_at_once = 512;
 
 /// Bodies that are not among the slowest, whose kinetic energies together are at most `at_rest` [J].
 std::vector<char> moving(const contact::ContactProblem& problem, double at_rest) {
@@ -32,22 +36,30 @@ std::vector<char> moving(const contact::ContactProblem& problem, double at_rest)
 
 double unearned(const contact::ContactProblem& problem, double at_rest) {
   const std::vector<char> moves = moving(problem, at_rest);
-  double all = 0, reaching = 0;   // whatever the bodies do; what moves
-  for (const contact::ProblemContact& c : problem.contacts) {
-    if (c.impulse.isZero(0)) continue;
-    Vec3 u = c.bias + c.compliance.cwiseProduct(c.impulse), resting = Vec3::Zero();
-    bool any = false;
-    for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
-      const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
-      const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
-      const Vec3 part = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
-      u += part;
-      if (moves[static_cast<std::size_t>(term.body)] != 0) any = true;
-      else resting += part;
+  struct Work { double all = 0, reaching = 0; };   // whatever the bodies do; what moves
+  std::vector<Work> of(problem.contacts.size());
+  contact::in_ranges(static_cast<int>(of.size()), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(i)];
+      if (c.impulse.isZero(0)) continue;
+      Vec3 u = c.bias + c.compliance.cwiseProduct(c.impulse), resting = Vec3::Zero();
+      bool any = false;
+      for (int k = c.first_term; k < c.first_term + c.terms; ++k) {
+        const contact::ContactTerm& term = problem.terms[static_cast<std::size_t>(k)];
+        const contact::ProblemBody& body = problem.bodies[static_cast<std::size_t>(term.body)];
+        const Vec3 part = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + term.jacobian, 3, body.ndof) * Eigen::Map<const VecX>(problem.v.data() + body.offset, body.ndof);
+        u += part;
+        if (moves[static_cast<std::size_t>(term.body)] != 0) any = true;
+        else resting += part;
+      }
+      const double work = std::abs(c.impulse[0] * u[0]) + std::max(0.0, c.impulse.tail<2>().dot(u.tail<2>()));
+      of[static_cast<std::size_t>(i)] = {work, any ? work + std::abs(c.impulse.dot(resting)) : 0.0};
     }
-    const double work = std::abs(c.impulse[0] * u[0]) + std::max(0.0, c.impulse.tail<2>().dot(u.tail<2>()));
-    all += work;
-    if (any) reaching += work + std::abs(c.impulse.dot(resting));
+  });
+  double all = 0, reaching = 0;   // one after the other, whatever the threads
+  for (const Work& w : of) {
+    all += w.all;
+    reaching += w.reaching;
   }
   return std::min(all, reaching);
 }
