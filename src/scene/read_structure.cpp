@@ -320,6 +320,7 @@ void read_impact(Reading& in, const View& root) {
     }
     impact.point = Vec3(*column("x"), *column("y"), *column("z"));
     impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
+    if (!(impact.velocity.norm() > 0)) view->problem("trajectories", "the velocity in this row must not be zero", "choose another row, or correct the file");
     if (column("mass") && !view->has("volume")) impact.shape.mass = *column("mass");
     else if (column("volume") && !view->has("mass")) impact.shape.volume = *column("volume");
     const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 || impact.shape.size.x() > 0 || !impact.shape.vertices.empty() || !impact.shape.file.empty();

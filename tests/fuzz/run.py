@@ -15,7 +15,7 @@ import subprocess
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
-TARGETS = ["scene", "structure_mesh", "mesh", "grid", "journal", "checkpoint"]
+TARGETS = ["scene", "structure_mesh", "mesh", "grid", "table", "journal", "checkpoint"]
 SEGMENT = 120        # wall seconds between two looks at the clock
 SLOW = 60            # wall seconds that no input may take, on a crowded machine
 MOST_FINDINGS = 5
