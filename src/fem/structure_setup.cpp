@@ -324,8 +324,7 @@ void FemStructure::preload() {
     return force.norm() / std::sqrt(size);
   };
   const auto solve = [&](const VecX& force, VecX& way) {
-    if (n > largest_factored_system) multigrid().solve(force.data(), way.data(), 1e-10);
-    else factor().solve(force.data(), way.data());
+    factor().solve(force.data(), way.data());
   };
   const auto move = [&](const VecX& way) {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
@@ -334,7 +333,8 @@ void FemStructure::preload() {
     moved();
     forces(0);
   };
-  const StaticBalance cracked = balanced ? find_balance(n, left, solve, move) : StaticBalance{};
+  const bool affordable = n <= largest_factored_system;   // each pass is a solution
+  const StaticBalance cracked = balanced && affordable ? find_balance(n, left, solve, move) : StaticBalance{};
   if (cracked.found && !(spec_.erosion && !spent_cells().empty())) {
     report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it stands with what has cracked ({} passes)", spec_.name, damage_->cells().size(), cracked.passes));
     accept_laws();
