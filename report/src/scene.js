@@ -16,7 +16,7 @@ export const extent = Math.max(high.x - low.x, high.y - low.y, high.z - low.z) |
 const middle = low.clone().add(high).multiplyScalar(0.5);
 
 export const view = { field: "damage", exaggeration: 1, trajectories: true, follow: -1, fastest: 1 };
-let renderer, scene, camera, controls, sun, dirty = true, batch, markers, lines, shownTime = NaN;
+let renderer, scene, camera, controls, sun, dirty = true, batch, markers, lines, software = false, shownTime = NaN;
 const bodies = [];      // structures
 const edges = [];       // outlines of blocks
 const arrows = [];
@@ -170,10 +170,18 @@ function addTrajectories() {
     }
   }
   if (!points.length) return;
-  const g = new LineSegmentsGeometry();
-  g.setPositions(points);
-  g.setColors(tones);
-  lines = new LineSegments2(g, new LineMaterial({ linewidth: chosen.length > 30 ? 1.3 : 2.6, vertexColors: true, transparent: true, opacity: chosen.length > 30 ? 0.6 : 0.95 }));
+  const opacity = chosen.length > 30 ? 0.6 : 0.95;
+  if (software) {   // lines of one pixel: wide ones are quads of their own, which took three quarters of a picture of the rock mass
+    const g = new BufferGeometry();
+    g.setAttribute("position", new BufferAttribute(new Float32Array(points), 3));
+    g.setAttribute("color", new BufferAttribute(new Float32Array(tones), 3));
+    lines = new LineSegments(g, new LineBasicMaterial({ vertexColors: true, transparent: true, opacity }));
+  } else {
+    const g = new LineSegmentsGeometry();
+    g.setPositions(points);
+    g.setColors(tones);
+    lines = new LineSegments2(g, new LineMaterial({ linewidth: chosen.length > 30 ? 1.3 : 2.6, vertexColors: true, transparent: true, opacity }));
+  }
   lines.frustumCulled = false;
   scene.add(lines);
 }
@@ -333,6 +341,7 @@ export function show(t) {
   if (dots) dots.needsUpdate = true;
   for (const body of bodies) showStructure(body, t);
   for (const { a, start, end } of arrows) a.visible = t >= start && t <= end + 0.25;
+  renderer.shadowMap.needsUpdate = true;
   dirty = true;
 }
 
@@ -508,12 +517,22 @@ export function theme(dark) {
   dirty = true;
 }
 
+// Whether the processor draws in place of a graphics card; every pixel costs there. Throws where there is no WebGL.
+function drawnBySoftware() {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  if (!gl) throw new Error("no WebGL 2");
+  const names = gl.getExtension("WEBGL_debug_renderer_info"), name = String(gl.getParameter(names ? names.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
+}
+
 // Throws where there is no WebGL.
 export function open(canvas, onPick) {
-  if (!document.createElement("canvas").getContext("webgl2")) throw new Error("no WebGL 2");
-  renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: false });
-  renderer.setPixelRatio(Math.min(devicePixelRatio || 1, 2));
+  software = drawnBySoftware();
+  renderer = new WebGLRenderer({ canvas, antialias: !software, alpha: true, preserveDrawingBuffer: false });
+  renderer.setPixelRatio(software ? 1 : Math.min(devicePixelRatio || 1, 2));
   renderer.shadowMap.enabled = true;
+  renderer.shadowMap.autoUpdate = false;   // the light stands still: only what moves changes the shadows
   renderer.shadowMap.type = PCFShadowMap;
   scene = new Scene();
   camera = new PerspectiveCamera(38, 1, extent * 1e-3, extent * 40);
