@@ -10,7 +10,8 @@
 /// columns of a part move by the same way along the normal, that of the centre of pressure: the work of the row is that of the columns.
 ///
 /// Within one plane of the skin the part moves along the skin's normal and g = 1: what the block's facets push aside cancels over the whole of them. Across an
-/// edge of the structure it does not: there the part's normal is that of the block's facets, and g_c what a column gives for each metre along it.
+/// edge of the structure it does not. There a bed that crushes pushes along the block's facets, and an elastic one as its energy falls, by 1/2 k d^2 for each metre of the face's border that the block
+/// reaches past; the part's normal is that of the push, and g_c what a column gives for each metre along it.
 ///
 /// symbol  meaning                                            unit
 /// s_c     compression of column c at the start of the step   m
@@ -30,7 +31,7 @@ struct Column {
   double area = 0;                    // across the normal [m^2]
   std::array<double, 3> depth{};      // at its corners [m]
   std::array<Vec3, 3> place{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};   // of the corners on the face [m]
-  Vec3 lift = Vec3::Zero();           // into the block across its facet, over its part along the face's normal [1]
+  Vec3 lift = Vec3::Zero();           // its push over the push along the face's normal: along the block's facet, or as the energy of an elastic bed asks for [1]
   int cell = 0;                       // of the face's grid, where a bed crushes
   double most = std::numeric_limits<double>::infinity();   // that it may be compressed, x - y of its cell [m]
   double mean() const { return (depth[0] + depth[1] + depth[2]) / 3; }

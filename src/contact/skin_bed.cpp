@@ -153,7 +153,7 @@ class BedFinder {
       if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
       const Vec3& facet = normal_[static_cast<std::size_t>(block_.triangle_face[k])];
       lift_ = facet / facet.dot(face.normal);
-      past_ = reach_past(face, static_cast<std::size_t>(block_.triangle_face[k]));
+      if (std::isinf(yield_)) past_ = reach_past(face, static_cast<std::size_t>(block_.triangle_face[k]));
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });

@@ -176,7 +176,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const std::size_t first = out.size();
   const auto kb = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
   const Polyhedron& shape_b = *m.blocks[kb].shape;
-  const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface;
+  const bool at_skin = pair.a.kind == Partner::Kind::structure && !env.structures[of_a].fixed_surface;
   const std::vector<ContactMemory>& memory = history[kb];
   const std::uint64_t partner = pair.a.id();
   const bool at_structure = pair.a.kind == Partner::Kind::structure;

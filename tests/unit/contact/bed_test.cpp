@@ -104,6 +104,33 @@ double sunk_area(double over) {
   return area;
 }
 
+/// Middles of the parts, by sector, below a box sunk into the middle of a face of 1 x 1 m whose normal leans by (x, y).
+std::vector<Vec3> middles_below_box(double x, double y) {
+  TriangleSurface skin;
+  skin.vertices = {{0, 0, 0}, {1, 0, -x}, {1, 1, -x - y}, {0, 1, -y}, {0.5, 0.5, -0.5 * (x + y)}};
+  for (int i = 0; i < 4; ++i) skin.triangles.push_back({i, (i + 1) % 4, 4});
+  const SurfaceIndex index(skin);
+  std::vector<Footprint> parts;
+  skin_bed(index, testing::box(0.5, 0.3, 0.5), {Vec3(0.5, 0.5, 0.2), Mat3::Identity()}, 0.01, std::numeric_limits<double>::infinity(), parts);
+  std::vector<Vec3> middles(4, Vec3::Zero());
+  for (const Footprint& part : parts) {
+    double area = 0;
+    Vec3& middle = middles[static_cast<std::size_t>(part.sector)];
+    for (const Column& c : part.columns) middle += c.area * (c.place[0] + c.place[1] + c.place[2]) / 3, area += c.area;
+    middle /= area;
+  }
+  return middles;
+}
+
+/// The most common normals lie along an axis but for round-off. Whichever of the other two this makes the smaller one, the parts are the same and go on with their own shear springs.
+TEST(Bed, FacesAlongTheAxesKeepTheirLines) {
+  const std::vector<Vec3> one = middles_below_box(1e-9, 2e-9), other = middles_below_box(2e-9, -1e-9);
+  for (std::size_t sector = 0; sector < 4; ++sector) {
+    EXPECT_GT((one[sector] - Vec3(0.5, 0.5, 0)).norm(), 0.1) << sector;
+    EXPECT_LT((one[sector] - other[sector]).norm(), 1e-6) << sector;
+  }
+}
+
 /// Sums over the bed below the corner of a turned cube, over the middle of a face, that was found with the corner `deep` below it and has moved down by `down` since.
 struct Corner { double force = 0, energy = 0; };
 Corner corner_bed(double deep, double down) {
