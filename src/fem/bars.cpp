@@ -174,7 +174,7 @@ double Bars::steel_volume() const {
   return volume;
 }
 
-std::vector<Spring> Bars::springs() const {
+std::vector<Spring> Bars::springs(const std::vector<Mat3>* frames) const {
   std::vector<Spring> list;
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const rebar::Segment& s = bars_.segments()[k];
@@ -187,6 +187,7 @@ std::vector<Spring> Bars::springs() const {
       spring.node.push_back(node_[compact]);
       spring.weight.push_back(weight);
     }
+    if (frames != nullptr) along = (*frames)[static_cast<std::size_t>(s.cell)] * along;
     along.normalize();
     spring.stiffness = bars_.stiffness(k) * along * along.transpose();
     list.push_back(std::move(spring));

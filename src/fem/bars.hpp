@@ -45,8 +45,8 @@ class Bars {
   std::size_t count() const { return bars_.bars().size(); }
   int host(std::size_t segment) const { return bars_.segments()[segment].cell; }
   double steel_volume() const;
-  /// Axial stiffness of every segment, unstrained, between the nodes of its host.
-  std::vector<Spring> springs() const;
+  /// Axial stiffness of every segment, unstrained, between the nodes of its host, turned with the frames of the cells where these are given.
+  std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;
   const std::vector<rebar::Bar>& list() const { return bars_.bars(); }
   /// Segments hosted by the given cells, ascending.
   std::vector<int> segments_in(const std::vector<int>& cells) const;

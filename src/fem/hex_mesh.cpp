@@ -135,16 +135,19 @@ std::array<Vec3, 8> shape_gradients(const Vec3& xi) {
   return g;
 }
 
-Mat3 cell_axes(const HexMesh& mesh, int cell) {
-  Mat3 r = jacobian(mesh, cell, Vec3::Zero()).colwise().normalized();
-  if ((r - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-13) return Mat3::Identity();
-  for (int i = 0; i < 50; ++i) {   // Newton's iteration for the polar factor
-    const Mat3 next = 0.5 * (r + r.inverse().transpose());
-    const double change = (next - r).norm();
-    r = next;
+Mat3 nearest_rotation(Mat3 m) {
+  for (int i = 0; i < 50; ++i) {   // Newton's iteration
+    const Mat3 next = 0.5 * (m + m.inverse().transpose());
+    const double change = (next - m).norm();
+    m = next;
     if (change < 1e-14) break;
   }
-  return r;
+  return m;
+}
+
+Mat3 cell_axes(const HexMesh& mesh, int cell) {
+  const Mat3 r = jacobian(mesh, cell, Vec3::Zero()).colwise().normalized();
+  return (r - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-13 ? Mat3(Mat3::Identity()) : nearest_rotation(r);
 }
 
 namespace {

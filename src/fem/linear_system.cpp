@@ -21,8 +21,20 @@ void SymmetricMatrix::multiply(const double* x, double* y) const {
   }
 }
 
+namespace {
+
+/// T K_ab T^T, node by node.
+ElementMatrix framed(const ElementMatrix& k, const Mat3& t) {
+  ElementMatrix out;
+  for (Eigen::Index b = 0; b < 24; b += 3)
+    for (Eigen::Index a = 0; a < 24; a += 3) out.block<3, 3>(a, b) = t * k.block<3, 3>(a, b) * t.transpose();
+  return out;
+}
+
+}  // namespace
+
 SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
-                                   const std::vector<char>* live) {
+                                   const std::vector<char>* live, const std::vector<Mat3>* frames) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
@@ -53,7 +65,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
   }
   m.value.assign(m.row.size(), 0.0);
 
-  ElementMatrix k;
+  ElementMatrix shared, k;
   int of = -1;
   const auto same_shape = [&](int a, int b) {
     for (int i = 1; i < 8; ++i) {
@@ -64,7 +76,8 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
   };
   for (int cell = 0; cell < cells; ++cell) {
     if (live != nullptr && !(*live)[cell]) continue;
-    if (of < 0 || !same_shape(of, cell)) k = element_stiffness(mesh, cell, shear, bulk), of = cell;
+    if (of < 0 || !same_shape(of, cell)) shared = element_stiffness(mesh, cell, shear, bulk), of = cell;
+    k = frames != nullptr ? framed(shared, (*frames)[static_cast<std::size_t>(cell)]) : shared;
     for (int b = 0; b < 24; ++b) {
       const int column = dofs.number[mesh.hexes[cell][b / 3]][b % 3];
       if (column < 0) continue;

@@ -3,9 +3,9 @@
 //   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2 theta^2 K
 //   u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
 //
-// K is the stiffness of the undamaged cells that are left. Where the structure is linear this is the midpoint rule itself, and with delta = 0
-// keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
-// which is stable and vanishes with h. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
+// K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may have (frame_of()): nothing is ever stiffer. Where the structure is linear this is the
+// midpoint rule itself, and with delta = 0 keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
+// which is stable and vanishes with h; were K the softer one, motion would grow from step to step. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
 //
 // W is made of halves of the solutions, W_ij = y_i . y_j with y_i = L^-1 P e_i, A = scale P^T L L^T P: of a node of the skin y is zero but for the way from its place in the
 // elimination tree to the root, a small part of the whole. What the contacts do beside v_hat is then one half more, P^T L^-T sum p_i y_i.
@@ -64,12 +64,15 @@ struct Condensed {
   // the step at hand
   VecX v_hat;
   std::vector<double> before;                // state at its start
+  double stored = 0;                         // elastic energy then [J]
 };
 
 void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 
 namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
+constexpr double turned_most = 0.02;                  // rotation of a cell that K does not follow [rad]
+constexpr double cracked_least = 0.02;                // damage from which on K is that of cracked concrete
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
 /// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
@@ -133,6 +136,37 @@ double FemStructure::condensed_step(double t, double accuracy, double laws_share
   return at_ease(contact_step_ > 0 ? contact_step_ : critical_step_) ? longest : 0;
 }
 
+/// T of a cell in K: its rotation, and as much more stiffness as its law may come to have beyond that of sound concrete. A crack takes Poisson's effect away, which leaves pressed concrete E/2 in shear for
+/// E / (2 (1 + nu)), and its faces interlock with that much again: (2 + nu) times.
+Mat3 FemStructure::frame_of(int cell) const {
+  Mat3 t = Mat3::Identity();
+  if (finite_) {
+    const Mat3 h = gradient_at_centre(cell), f = t + h;
+    if (h.norm() > turned_most && f.determinant() > 0) t = nearest_rotation(f);   // else it turns by less
+  }
+  const bool cracked = damage_ && std::max(damage_->tension(cell), damage_->compression(cell)) > cracked_least;
+  return cracked ? Mat3(std::sqrt(2 + spec_.poisson) * t) : t;
+}
+
+void FemStructure::follow_frames() {
+  if (!finite_) return;
+  const auto cells = static_cast<int>(mesh_.hexes.size());
+  std::vector<Mat3> now(mesh_.hexes.size(), Mat3::Identity());
+  bool stale = false;
+  for (int cell = 0; cell < cells; ++cell) {
+    const auto c = static_cast<std::size_t>(cell);
+    if (live_[c] == 0) continue;
+    now[c] = frame_of(cell);
+    stale = stale || (now[c] - (frames_.empty() ? Mat3(Mat3::Identity()) : frames_[c])).norm() > std::sqrt(2.0) * turned_most;
+  }
+  if (stale) set_frames(std::move(now));
+}
+
+void FemStructure::set_frames(std::vector<Mat3> frames) {
+  frames_ = std::move(frames);
+  if (condensed_) condensed_->mass.clear();   // made again
+}
+
 Condensed& FemStructure::condensed(double h) {
   if (!condensed_) condensed_.reset(new Condensed);
   Condensed& c = *condensed_;
@@ -140,15 +174,16 @@ Condensed& FemStructure::condensed(double h) {
   stiffness();
   if (c.mass.empty() || c.breaks != breaks_) {
     c.levels.clear();
-    c.ordering.clear();
+    if (c.breaks != breaks_) c.ordering.clear();
     c.breaks = breaks_;
     c.mass.assign(n, 1.0);
     c.moves.assign(n, 0);
     for (std::size_t i = 0; i < mass_.size(); ++i)
       for (int k = 0; k < 3; ++k)
         if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
-    const bool whole = std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
-    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(), &live_);
+    const bool whole = frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
+    const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;
+    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(frames), &live_, frames);
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
@@ -222,6 +257,7 @@ void FemStructure::predict_condensed(double t, double h) { begin_condensed(t, h,
 
 void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   leave_modal();
+  follow_frames();
   if (h_last_ > 0) {
     const double before = mechanical_energy();
     synchronise(t);
@@ -237,6 +273,7 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   ++c.step;
   c.before.clear();
   save(c.before);
+  c.stored = stored_part_;
   const int n = dofs_.size;
   VecX v(n), stiff(n), rhs(n), push = VecX::Zero(n);
   gather(dofs_, v_, v);
@@ -347,6 +384,10 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   return true;
 }
 
-void FemStructure::undo_condensed() { restore(condensed_->before); }
+void FemStructure::undo_condensed() {
+  restore(condensed_->before);
+  forces(time_);   // explicit steps go on from what the laws say without a rate, which the last explicit one had
+  books_.algorithmic += condensed_->stored - stored_part_ - dissipation();
+}
 
 }  // namespace talus::fem

@@ -124,7 +124,7 @@ class FemStructure : public Structure {
   void check_supports();
   void warn_of_cracks() const;
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
-  std::vector<Spring> springs() const;   // of bearings and bars, for the stiffness
+  std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;   // of bearings and bars, for the stiffness; bars turn with the frames of their cells
   const SymmetricMatrix& stiffness();
   const CholeskyFactor& factor();
   LinearSolver& multigrid();
@@ -182,6 +182,9 @@ class FemStructure : public Structure {
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
   Condensed& condensed(double h);
+  Mat3 frame_of(int cell) const;
+  void follow_frames();              // K of condensed steps follows where cells have turned or cracked
+  void set_frames(std::vector<Mat3> frames);
   void find_columns(std::span<const int> nodes);
   void push_condensed(std::span<const NodeImpulse> impulses);
   void drop_condensed_levels();      // they are made again when asked for
@@ -272,6 +275,7 @@ class FemStructure : public Structure {
   AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
   double contact_step_ = 0;
   StructureEnergy books_;            // the cumulative works
+  std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;           // elastic energy at the half step
   double reference_kinetic_ = 0;
   double still_since_ = 0;           // kinetic energy has been below the limit since then

@@ -237,6 +237,8 @@ void FemStructure::save(std::vector<double>& state) const {
     state.insert(state.end(), mass_.begin(), mass_.end());
     if (damage_) history().save(state);
   }
+  state.push_back(frames_.empty() ? 0 : 1);
+  for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
 }
 
 void FemStructure::restore(std::span<const double> state) {
@@ -284,6 +286,10 @@ void FemStructure::restore(std::span<const double> state) {
     for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
     if (changed) rebuild_skin();
   }
+  std::vector<Mat3> frames(next() != 0 ? mesh_.hexes.size() : 0);
+  for (Mat3& t : frames)
+    for (int i = 0; i < 9; ++i) t.data()[i] = next();
+  if (frames != frames_) set_frames(std::move(frames));
   if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   struck_.clear();
   for (std::size_t i = 0; i < mass_.size(); ++i)

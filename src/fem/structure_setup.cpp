@@ -201,10 +201,10 @@ void FemStructure::find_critical_step() {
   if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
 }
 
-std::vector<Spring> FemStructure::springs() const {
+std::vector<Spring> FemStructure::springs(const std::vector<Mat3>* frames) const {
   std::vector<Spring> list = bearings_ ? bearings_->springs() : std::vector<Spring>{};
   if (bars_) {
-    const std::vector<Spring> steel = bars_->springs();
+    const std::vector<Spring> steel = bars_->springs(frames);
     list.insert(list.end(), steel.begin(), steel.end());
   }
   return list;

@@ -1,0 +1,84 @@
+// The stiffness of condensed steps turns with the cells: of a part that leans, that of the structure as built is too soft one way and too stiff another.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "fem/bars.hpp"
+#include "fem/element_operator.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+
+constexpr double shear = 14e9, bulk = 18e9;
+
+/// A body of 2 x 1 x 3 skew cells with a bar from end to end.
+struct Body {
+  StructureSpec spec;
+  HexMesh mesh;
+  DofMap dofs;
+  std::vector<char> live;
+
+  Body() {
+    spec.kind = "box";
+    spec.size = Vec3(1.0, 0.5, 1.5);
+    spec.cells = {2, 1, 3};
+    spec.rebar_file = bars_of_20_mm("turned_stiffness", {{Vec3(-0.3, 0.1, -0.7), Vec3(0.2, 0.05, 0.7)}});
+    mesh = make_mesh(spec);
+    std::mt19937 random(3);
+    std::uniform_real_distribution<double> off(-0.04, 0.04);
+    for (Vec3& x : mesh.nodes) x += Vec3(off(random), off(random), off(random));
+    for (int i = 0; i < static_cast<int>(mesh.nodes.size()); ++i) dofs.number.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    dofs.size = 3 * static_cast<int>(mesh.nodes.size());
+    live.assign(mesh.hexes.size(), 1);
+  }
+};
+
+}  // namespace
+
+/// Turned by a large angle the body is unstrained, and its stiffness is the slope of its forces there.
+TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
+  Body body;
+  const Mat3 r = Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix();
+  ElementOperator op(body.mesh, shear, bulk, false);
+  Bars bars(body.spec, body.mesh, find_supports(body.spec, body.mesh), {}, silent);
+  ASSERT_GT(bars.segments(), 0u);
+  const std::size_t nodes = body.mesh.nodes.size();
+  AlignedVector u(4 * nodes, 0.0);
+  VecX d(3 * static_cast<Eigen::Index>(nodes));
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> way(-1, 1);
+  for (Eigen::Index i = 0; i < d.size(); ++i) d[i] = way(random);
+  const double step = 1e-7;
+  const auto forces = [&](double along) {
+    for (std::size_t i = 0; i < nodes; ++i) {
+      const Vec3 moved = r * body.mesh.nodes[i] - body.mesh.nodes[i] + along * d.segment<3>(3 * static_cast<Eigen::Index>(i));
+      for (std::size_t k = 0; k < 3; ++k) u[4 * i + k] = moved[static_cast<Eigen::Index>(k)];
+    }
+    AlignedVector f(4 * nodes, 0.0);
+    op.add_internal_force(u.data(), f.data(), true, false);
+    bars.add_forces(u.data(), 1.0, body.live, f.data());
+    VecX flat(d.size());
+    for (Eigen::Index i = 0; i < d.size(); ++i) flat[i] = f[static_cast<std::size_t>(4 * (i / 3) + i % 3)];
+    return flat;
+  };
+  const VecX slope = (forces(step) - forces(-step)) / (2 * step);
+  const std::vector<Mat3> turned(body.mesh.hexes.size(), r);
+  const auto pressed = [&](const std::vector<Mat3>* by) {
+    VecX f(d.size());
+    assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(by), nullptr, by).multiply(d.data(), f.data());
+    return f;
+  };
+  EXPECT_LT((pressed(&turned) - slope).norm(), 1e-6 * slope.norm());
+  EXPECT_GT((pressed(nullptr) - slope).norm(), 0.1 * slope.norm());
+}
+
+TEST(TurnedStiffness, NearestRotationOfAStretchedOne) {
+  const Mat3 r = Eigen::AngleAxisd(2.5, Vec3(0.2, -1, 0.4).normalized()).toRotationMatrix();
+  Mat3 stretch;
+  stretch << 1.3, 0.2, -0.1, 0.2, 0.6, 0.05, -0.1, 0.05, 0.9;
+  EXPECT_LT((nearest_rotation(r * stretch) - r).norm(), 1e-12);
+}
