@@ -109,6 +109,16 @@ double extent_up(const Hull& h, const Vec3& n) {
   return hi;
 }
 
+/// The bound along an axis found at s, of hulls that are posed relative to A's centroid (and moved to B's if B owns it).
+Bound bound_along(const Mover& A, const Mover& B, bool owner_is_a, const Vec3& normal, double s, const Vec3& between, Hull& a, Hull& b) {
+  const Vec3 v = velocity(*B.motion, s) - velocity(*A.motion, s);
+  const Vec3 q2 = 2 * (B.motion->half_gravity_step - A.motion->half_gravity_step);
+  if (owner_is_a) return {&b, normal, between, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, normal), B.reach};
+  for (Hull* h : {&a, &b})
+    for (int i = 0; i < h->padded; ++i) h->x[i] -= between.x(), h->y[i] -= between.y(), h->z[i] -= between.z();
+  return {&a, -normal, -between, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -normal), A.reach};
+}
+
 /// First s in [from, to] where the gap falls to levels.stop; `never` if it does not.
 double advance(const Mover& A, const Mover& B, double from, double to, const Levels& levels) {
   Hull &a = scratch.a, &b = scratch.b;
@@ -117,23 +127,14 @@ double advance(const Mover& A, const Mover& B, double from, double to, const Lev
     const Situation now = look(A, B, s, a, b);
     if (now.gap <= levels.stop) return s;
     if (s >= to) return never;
-    const Pose pa = A.motion->at(s), pb = B.motion->at(s);
-    const Vec3 v = velocity(*B.motion, s) - velocity(*A.motion, s);
-    const Vec3 q2 = 2 * (B.motion->half_gravity_step - A.motion->half_gravity_step);
-    Bound bound;
-    if (now.owner_is_a) {
-      bound = {&b, now.normal, pb.c - pa.c, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, now.normal), B.reach};
-    } else {
-      // Move the origin to B's centroid and look at A along -n.
-      const Vec3 shift = pb.c - pa.c;
-      for (Hull* h : {&a, &b})
-        for (int i = 0; i < h->padded; ++i) h->x[i] -= shift.x(), h->y[i] -= shift.y(), h->z[i] -= shift.z();
-      bound = {&a, -now.normal, -shift, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -now.normal), A.reach};
-    }
+    const Bound bound = bound_along(A, B, now.owner_is_a, now.normal, s, B.motion->at(s).c - A.motion->at(s).c, a, b);
     double T = to - s;
     for (int trial = 0; trial < 60; ++trial) {
       const double low = bound.over(T);
-      if (low >= levels.aim) break;
+      if (low >= levels.aim) {
+        if (trial == 0) return never;
+        break;
+      }
       const double share = (now.gap - levels.aim) / (now.gap - low);
       T *= std::clamp(0.999 * share, 0.05, 0.95);
     }
@@ -231,6 +232,28 @@ struct Piece {
   Box3 box;
 };
 
+/// Of two pieces at the start along the normal of a triangle, A's or B's: how far they are apart, at least, and whether they stay farther than `aim` up to `to`. Two bodies that lie on each other have
+/// thousands of pairs of triangles beside each other, and nearly all are cleared so.
+struct AlongFace { double gap = -std::numeric_limits<double>::infinity(); bool clear = false; };
+AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
+  Hull &a = scratch.a, &b = scratch.b;
+  const Pose &pa = A.motion->start, &pb = B.motion->start;
+  const Vec3 between = pb.c - pa.c;
+  a.set(*A.p, Vec3::Zero(), pa.F);
+  b.set(*B.p, between, pb.F);
+  AlongFace best;
+  for (const bool owner_is_a : {true, false}) {
+    const Mover& owner = owner_is_a ? A : B;
+    if (owner.p->vertices.size() != 3) continue;
+    const Vec3 out = (narrow::cofactor(owner.motion->start.F) * owner.p->face_normals[0]).normalized();
+    const Bound bound = bound_along(A, B, owner_is_a, owner_is_a ? out : Vec3(-out), 0, between, a, b);
+    best.gap = std::max(best.gap, bound.over(0));
+    if (to > 0 && bound.over(to) >= aim) best.clear = true;
+    if (best.clear) break;
+  }
+  return best;
+}
+
 /// The pieces that may meet `box` over [0, s1].
 void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std::vector<Piece>& out) {
   out.clear();
@@ -273,10 +296,15 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
   }
   const Box3 common = box_a.intersection(box_b);
   double start = std::numeric_limits<double>::infinity();
-  pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) { start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap); });
+  pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) {
+    if (along_faces(pa, pb, 0, 0).gap < start) start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap);
+  });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
-  pairs_of_pieces(a, b, common, 1, tolerance, [&](const Mover& pa, const Mover& pb) { first = std::min(first, advance(pa, pb, 0, std::min(first, 1.0), levels)); });
+  pairs_of_pieces(a, b, common, 1, tolerance, [&](const Mover& pa, const Mover& pb) {
+    const double to = std::min(first, 1.0);
+    if (!along_faces(pa, pb, to, levels.aim).clear) first = std::min(first, advance(pa, pb, 0, to, levels));
+  });
   return first;
 }
 
