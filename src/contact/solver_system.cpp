@@ -1,5 +1,6 @@
 #include "contact/solver_system.hpp"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -107,15 +108,37 @@ void multiply_few(double* row, const double* M, int m) {
 }  // namespace
 
 /// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
+namespace {
+
+constexpr int large_skin = 96;   // degrees of freedom from which on the root is found by blocks
+
+/// Root of a skin's inverse mass, M = L of L L^T, and L^-1 v; false if it is not safely positive definite.
+bool take_skin(int m, const double* B, const double* v, double* M, double* free) {
+  Eigen::Map<MatX> L(M, m, m);
+  const Eigen::Map<const MatX> W(B, m, m);
+  L.triangularView<Eigen::Lower>() = W.triangularView<Eigen::Lower>();
+  Eigen::Ref<MatX> in_place(L);
+  const Eigen::LLT<Eigen::Ref<MatX>> root(in_place);
+  if (root.info() != Eigen::Success || (L.diagonal().array().square() <= 1e-15 * W.diagonal().array()).any()) return false;
+  L.triangularView<Eigen::StrictlyUpper>().setZero();
+  Eigen::Map<VecX>(free, m) = L.triangularView<Eigen::Lower>().solve(Eigen::Map<const VecX>(v, m));
+  return true;
+}
+
+}  // namespace
+
 void System::take_body(const ContactProblem& problem, int active) {
   const ProblemBody& source = problem.bodies[body[active]];
   const int m = source.ndof;
   const double *A = source.mass, *B = source.mass_inverse, *v = problem.v_hat.data() + source.offset;
   double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active], *rest = held.data() + offset[active];
   const auto fast = [&](int i) { return !(B[i * m + i] > 0 && (A == nullptr || std::isfinite(A[i * m + i]))); };
+  std::fill_n(rest, m, 0.0);
+  bool any_fast = false;
+  for (int i = 0; i < m && !any_fast; ++i) any_fast = fast(i);
+  if (m > large_skin && !any_fast && take_skin(m, B, v, M, free)) return;
   std::fill_n(M, static_cast<std::size_t>(m) * m, 0.0);
   std::fill_n(free, m, 0.0);
-  std::fill_n(rest, m, 0.0);
   for (int c = 0; c < m; ++c) {
     double pivot = B[c * m + c], left = v[c];
     for (int k = 0; k < c; ++k) {
@@ -129,7 +152,7 @@ void System::take_body(const ContactProblem& problem, int active) {
     const double root_of_pivot = std::sqrt(pivot);
     M[c * m + c] = root_of_pivot;
     free[c] = left / root_of_pivot;
-    if (m > 12) {   // a skin: by whole columns
+    if (m > 12) {   // a skin with nodes that are held: by whole columns
       const int below = m - c - 1;
       Eigen::Map<VecX> column(M + c * m + c + 1, below);
       column = Eigen::Map<const VecX>(B + c * m + c + 1, below);

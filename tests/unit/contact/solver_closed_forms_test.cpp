@@ -258,5 +258,44 @@ TEST(ContactSolverClosedForm, HeldBodyAndNodes) {
   (void)h;
 }
 
+/// A block on four of the 40 nodes of a condensed skin, and impulses of its contacts. With a held node more the root of the skin's compliance is found column by column, without by blocks.
+std::vector<Vec3> block_on_skin(int held) {
+  constexpr int nodes = 40;
+  const int m = 3 * (nodes + held);
+  Builder b;
+  b.box(Vec3(0, 0, 0.5), Vec3::Ones(), 2500, Vec3(0.4, -0.1, -1), Vec3(0.2, 0.3, 0.1));
+  std::mt19937 random(11);
+  std::normal_distribution<double> value;
+  MatX half(3 * nodes, 3 * nodes);
+  for (double& x : half.reshaped()) x = value(random);
+  MatX W = MatX::Zero(m, m);
+  W.topLeftCorner(3 * nodes, 3 * nodes) = 1e-4 / (3 * nodes) * half * half.transpose() + 1e-4 * MatX::Identity(3 * nodes, 3 * nodes);
+  b.body(MatX::Identity(m, m), VecX::Constant(m, 0.01));
+  b.problem.bodies[1].mass = nullptr;
+  b.store.emplace_back(W.data(), W.data() + W.size());
+  b.problem.bodies[1].mass_inverse = b.store.back().data();
+  int node = 7;
+  for (const double s : {-0.5, 0.5})
+    for (const double t : {-0.5, 0.5}) {
+      b.touch(-1, 0, Vec3(s, t, 0), Z, 0.5);
+      MatX J = MatX::Zero(3, m);
+      J.middleCols(3 * node, 3) = -Builder::frame(Z);
+      b.term(1, J);
+      node += 9;
+    }
+  solve(b, 1e-13);
+  std::vector<Vec3> impulses;
+  for (const ProblemContact& c : b.problem.contacts) impulses.push_back(c.impulse);
+  return impulses;
+}
+
+TEST(ContactSolverClosedForm, SkinOfManyNodes) {
+  const std::vector<Vec3> by_blocks = block_on_skin(0), by_columns = block_on_skin(1);
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_GT(by_blocks[i].x(), 100);
+    EXPECT_LT((by_blocks[i] - by_columns[i]).norm(), 1e-9 * by_blocks[i].norm()) << i;
+  }
+}
+
 }  // namespace
 }  // namespace talus::contact::testing
