@@ -3,7 +3,7 @@
 //   A dv = h (f_ext - f_int(u_n) - alpha M v_n) - h^2 theta K v_n + p,     A = (1 + alpha h/2) M + h^2 theta^2 K
 //   u_np = u_n + h (v_n + theta dv),     W = J A^-1 J^T,     theta = 1/2 + delta
 //
-// K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may have (frame_of()): nothing is ever stiffer. Where the structure is linear this is the
+// K is the stiffness of the cells that are left, turned with them, and of cracked ones the most that they may have (frame_of()): nothing is stiffer. Where the structure is linear this is the
 // midpoint rule itself, and with delta = 0 keeps the energy to round-off. Damaged cells and bars are softer than K: f_int(u_n) is theirs, and K - K_now acts as a viscosity h/2 (K - K_now),
 // which is stable and vanishes with h; were K the softer one, motion would grow from step to step. delta, only where there is damping, falls with h^2 and damps what the step does not resolve.
 //
@@ -56,8 +56,7 @@ struct Condensed {
   }
   SymmetricMatrix stiffness;                 // of the cells that live; empty: the structure's own
   std::vector<std::int64_t> ordering;        // of its factors
-  long breaks = 0;                           // for which it was made
-  std::vector<double> mass;                  // per free degree of freedom; 1 where none is left
+  std::vector<double> mass;                  // per free degree of freedom; 1 where none is left. Empty: all of this is to be made
   std::vector<char> moves;                   // of each degree of freedom, whether it has mass
   std::vector<std::unique_ptr<Level>> levels;   // the one in use last
   long step = 0;
@@ -71,8 +70,9 @@ void CondensedDeleter::operator()(Condensed* p) const { delete p; }
 
 namespace {
 constexpr std::size_t least_levels = 2, most_levels = 6;
-constexpr double turned_most = 0.02;                  // rotation of a cell that K does not follow [rad]
-constexpr double cracked_least = 0.02;                // damage from which on K is that of cracked concrete
+constexpr double turned_most = 0.002;                 // rotation of a cell that K does not follow [rad]: slender parts that lean show their axial stiffness to what is soft in bending
+constexpr double cracked_least = 0.02;                // damage that K takes for granted once a cell has any
+constexpr double crushed_stiffest = 1.05;             // of crushed concrete
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
 /// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
@@ -136,16 +136,23 @@ double FemStructure::condensed_step(double t, double accuracy, double laws_share
   return at_ease(contact_step_ > 0 ? contact_step_ : critical_step_) ? longest : 0;
 }
 
-/// T of a cell in K: its rotation, and as much more stiffness as its law may come to have beyond that of sound concrete. A crack takes Poisson's effect away, which leaves pressed concrete E/2 in shear for
-/// E / (2 (1 + nu)), and its faces interlock with that much again: (2 + nu) times.
+/// Most that the law of a damaged cell may come to, over sound concrete. A crack takes Poisson's effect away, which leaves pressed concrete E/2 in shear for E / (2 (1 + nu)), and its faces interlock with
+/// up to that of sound concrete again. By steps, so that growing cracks seldom ask for new factors.
+double FemStructure::stiffest(int cell) const {
+  if (!damage_ || damage_->cells().empty()) return 1;
+  const double tension = damage_->tension(cell), nu = spec_.poisson;
+  const double d = tension > cracked_least ? std::min(1.0, std::ceil(4 * tension) / 4) : cracked_least;
+  const bool interlocks = spec_.damage == "concrete" && concrete_ && concrete_->aggregate > 0;
+  const double cracked = (1 + nu) / (1 + nu * (1 - d)) + (interlocks ? d : 0.0);
+  return std::max(cracked, damage_->compression(cell) > cracked_least ? crushed_stiffest : 1.0);
+}
+
+/// T of a cell in K, T K_e T^T: its rotation, and the root of how much stiffer it may be than sound concrete.
 Mat3 FemStructure::frame_of(int cell) const {
   Mat3 t = Mat3::Identity();
-  if (finite_) {
-    const Mat3 h = gradient_at_centre(cell), f = t + h;
-    if (h.norm() > turned_most && f.determinant() > 0) t = nearest_rotation(f);   // else it turns by less
-  }
-  const bool cracked = damage_ && std::max(damage_->tension(cell), damage_->compression(cell)) > cracked_least;
-  return cracked ? Mat3(std::sqrt(2 + spec_.poisson) * t) : t;
+  const Mat3 h = gradient_at_centre(cell), f = t + h;
+  if (h.norm() > turned_most && f.determinant() > 0) t = nearest_rotation(f);
+  return std::sqrt(stiffest(cell)) * t;
 }
 
 void FemStructure::follow_frames() {
@@ -164,6 +171,10 @@ void FemStructure::follow_frames() {
 
 void FemStructure::set_frames(std::vector<Mat3> frames) {
   frames_ = std::move(frames);
+  forget_stiffness();
+}
+
+void FemStructure::forget_stiffness() {
   if (condensed_) condensed_->mass.clear();   // made again
 }
 
@@ -172,10 +183,9 @@ Condensed& FemStructure::condensed(double h) {
   Condensed& c = *condensed_;
   const int n = dofs_.size;
   stiffness();
-  if (c.mass.empty() || c.breaks != breaks_) {
+  if (c.mass.empty()) {
     c.levels.clear();
-    if (c.breaks != breaks_) c.ordering.clear();
-    c.breaks = breaks_;
+    c.stiffness = {};
     c.mass.assign(n, 1.0);
     c.moves.assign(n, 0);
     for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -230,7 +240,8 @@ void FemStructure::drop_condensed_levels() {
 double FemStructure::memory_of_condensed_steps() {
   if (!condensable()) return 0;
   const std::size_t factor_bytes = factor().bytes();   // stands now, and makes way for the first of them
-  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size));
+  const std::size_t followed = finite_ ? stiffness().value.size() * (sizeof(double) + sizeof(int)) : 0;   // K that has turned or cracked, beside that as built
+  return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size) + followed);
 }
 
 void FemStructure::accept_laws() {
@@ -386,7 +397,7 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
 
 void FemStructure::undo_condensed() {
   restore(condensed_->before);
-  forces(time_);   // explicit steps go on from what the laws say without a rate, which the last explicit one had
+  forces(time_);   // explicit steps go on from what the laws say here after a step of no length
   books_.algorithmic += condensed_->stored - stored_part_ - dissipation();
 }
 

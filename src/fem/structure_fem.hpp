@@ -182,9 +182,11 @@ class FemStructure : public Structure {
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
   Condensed& condensed(double h);
+  double stiffest(int cell) const;
   Mat3 frame_of(int cell) const;
   void follow_frames();              // K of condensed steps follows where cells have turned or cracked
   void set_frames(std::vector<Mat3> frames);
+  void forget_stiffness();           // of condensed steps: cells or masses have changed
   void find_columns(std::span<const int> nodes);
   void push_condensed(std::span<const NodeImpulse> impulses);
   void drop_condensed_levels();      // they are made again when asked for

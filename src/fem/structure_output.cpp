@@ -278,15 +278,20 @@ void FemStructure::restore(std::span<const double> state) {
         for (int n : mesh_.hexes[cell]) ++cells_at_node_[n];
     }
     for (std::size_t n = 0; n < mass_.size(); ++n) {
-      mass_[n] = next();
+      const double mass = next();
+      changed = changed || mass != mass_[n];
+      mass_[n] = mass;
       weights_valid_ = false;
       for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
     }
     if (damage_) at += damage_->restore(state.subspan(at));
     for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
-    if (changed) rebuild_skin();
+    if (changed) {
+      rebuild_skin();
+      forget_stiffness();
+    }
   }
-  std::vector<Mat3> frames(next() != 0 ? mesh_.hexes.size() : 0);
+  std::vector<Mat3> frames(at < state.size() && next() != 0 ? mesh_.hexes.size() : 0);   // vectors of former versions end here
   for (Mat3& t : frames)
     for (int i = 0; i < 9; ++i) t.data()[i] = next();
   if (frames != frames_) set_frames(std::move(frames));
