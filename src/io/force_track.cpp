@@ -12,11 +12,18 @@ namespace {
 constexpr double bin = 1e-4;         // [s]
 constexpr std::size_t margin = 50;   // bins of no force before and after, for the filter
 constexpr std::size_t piece = 2000, remembered = 200;   // bins
+constexpr double latest = 1e15, longest = 1e6;          // bins that a run can come to, and that one row can take: beyond, a journal's row is no row
 
 }  // namespace
 
 void ForceTrack::add(double t, double dt, const Vec3& force) {
   const double start = (t - dt) / bin, end = t / bin;
+  if (!(std::abs(start) < latest && std::abs(end) < latest && end >= start && end - start < longest)) return;
+  if (!impulse_.empty() && std::abs(start - static_cast<double>(first_)) > static_cast<double>(impulse_.size()) + longest) {   // a contact of its own: nothing is left in the filter
+    peak_ = filtered_peak();
+    impulse_.clear();
+    goes_on_ = false;
+  }
   const long from = static_cast<long>(std::floor(start)), to = std::max(from + 1, static_cast<long>(std::ceil(end)));
   if (impulse_.empty()) first_ = from;
   if (from < first_) {

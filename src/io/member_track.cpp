@@ -17,7 +17,8 @@ void MemberTrack::add(double time, const MemberState& s) {
   const auto keep = [&](Peak& peak, double value, std::size_t station) {
     if (value > peak.value) peak = {value, time, member_.stations[station]};
   };
-  for (std::size_t k = 0; k < s.axial.size() && k < member_.stations.size(); ++k) {
+  const std::size_t stations = std::min({s.axial.size(), s.shear.size(), s.moment.size(), member_.stations.size()});   // a journal's row may hold less
+  for (std::size_t k = 0; k < stations; ++k) {
     least_axial_ = std::min(least_axial_, s.axial[k]), largest_axial_ = std::max(largest_axial_, s.axial[k]);
     keep(shear_, std::hypot(s.shear[k][0], s.shear[k][1]), k);
     keep(moment_, std::hypot(s.moment[k][0], s.moment[k][1]), k);

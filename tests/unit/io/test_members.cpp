@@ -60,6 +60,16 @@ TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   EXPECT_TRUE(track.summary()["damage_class_name"].is_null());
 }
 
+/// A damaged journal's row may have forces of fewer stations than another: what all have counts.
+TEST(MemberTrack, StationsThatNotAllHaveAreLeftOut) {
+  MemberTrack track(pier());
+  MemberState s = state(2e6, 0, 0);
+  s.shear.resize(1);
+  s.moment.clear();
+  track.add(0, s);
+  EXPECT_EQ(track.summary()["peak_shear"]["value"], 0);
+}
+
 TEST(MemberTrack, ClassesInTheirOrder) {
   const auto grade = [](auto change) {
     MemberTrack track(pier());

@@ -276,6 +276,20 @@ TEST(Recorder, AForceIsFilteredAndANeedleIsNot) {
   }
 }
 
+/// Rows of a damaged journal say anything; two contacts a year apart are two.
+TEST(Recorder, ForcesOfNoRunAreNoForces) {
+  io::ForceTrack wild, alone, apart;
+  for (const double t : {2e140, -3e175, static_cast<double>(INFINITY), static_cast<double>(NAN), 1e12}) wild.add(t, 1e-3, Vec3(1e6, 0, 0));
+  wild.add(1e4, 1e9, Vec3(1e6, 0, 0));
+  EXPECT_EQ(wild.filtered_peak(), 0);
+  for (int k = 0; k < 200; ++k) {
+    alone.add(1 + k * 1e-4, 1e-4, Vec3(1e6, 0, 0));
+    apart.add(1 + k * 1e-4, 1e-4, Vec3(1e6, 0, 0));
+  }
+  for (int k = 0; k < 200; ++k) apart.add(3e7 + k * 1e-4, 1e-4, Vec3(1e5, 0, 0));
+  EXPECT_NEAR(apart.filtered_peak(), alone.filtered_peak(), 1e-6 * alone.filtered_peak());
+}
+
 TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   SyntheticRun run = small();
   sim::RunHeader header = run.header();
