@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <utility>
 
 namespace talus::io {
@@ -63,6 +64,7 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps) : step
 
 void SummaryBuilder::extend(std::span<const sim::RunHeader::BlockInfo> blocks) {
   for (const auto& b : blocks) {
+    if (b.from >= static_cast<int>(structures_.size())) throw std::out_of_range("a piece names a structure that is not there");
     header_.blocks.push_back(b);
     header_.blocks.back().shape = Polyhedron{};
   }
