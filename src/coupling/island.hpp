@@ -184,7 +184,7 @@ class IslandStepper {
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
   void add_surface_row(Touch& touch, double h, bool first_pass);
-  Vec3 add_structure_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
+  Vec3 add_structure_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt = {});
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
   void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref);
   void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
@@ -238,7 +238,7 @@ class IslandStepper {
   std::size_t touched_faces() const;
   double condensed_length(double t, double duration, double remaining, double longest);
   void gather_skins();
-  Vec3 add_skin_terms(int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
+  Vec3 add_skin_terms(int row, int structure, const SurfaceWeights& weights, const Mat3& frame, double sign, Vec3& u_ref);
   double condensed_error(double h) const;
   double approach_left(const Touch& touch, double h) const;
   bool correct_skins(double t, double h);

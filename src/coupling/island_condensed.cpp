@@ -149,7 +149,7 @@ void IslandStepper::gather_skins() {
 
 /// The terms of a point of a structure's skin, as add_structure_terms(); returns the point's mean velocity over the step, which is its
 /// displacement over h.
-Vec3 IslandStepper::add_skin_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
+Vec3 IslandStepper::add_skin_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref) {
   const auto skin = std::find_if(skins_.begin(), skins_.end(), [&](const Skin& s) { return s.structure == structure; });
   Vec3 mean = Vec3::Zero(), end = Vec3::Zero();
   std::size_t at = 0;
@@ -165,7 +165,7 @@ Vec3 IslandStepper::add_skin_terms(int structure, const SurfaceWeights& w, const
     if (weight == 0) continue;
     const auto found = skin == skins_.end() ? std::vector<int>::const_iterator{} : std::lower_bound(skin->node.cbegin(), skin->node.cend(), node);
     if (skin == skins_.end() || found == skin->node.cend() || *found != node) {
-      held_.push_back({structure, node, static_cast<int>(problem_.contacts.size()), sign * weight});
+      held_.push_back({structure, node, row, sign * weight});
       continue;
     }
     const auto k = static_cast<Eigen::Index>(found - skin->node.cbegin());

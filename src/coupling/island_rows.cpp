@@ -55,8 +55,8 @@ NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environm
 
 /// Adds the terms of a point of a structure's skin, with the frame's rows; returns its predicted velocity (world) and adds
 /// sign times that to u_ref (frame). `tilt`: of a point above the face, what a node's velocity along the normal moves it aside by, per entry.
-Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
-  if (condensed_) return add_skin_terms(structure, w, frame, sign, u_ref);
+Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWeights& w, const Mat3& frame, double sign, Vec3& u_ref, std::span<const Vec3> tilt) {
+  if (condensed_) return add_skin_terms(row, structure, w, frame, sign, u_ref);
   const Structure& s = *env_.structures[static_cast<std::size_t>(structure)].structure;
   Vec3 velocity = Vec3::Zero();
   for (int i = 0; i < w.count; ++i) {
@@ -67,7 +67,7 @@ Vec3 IslandStepper::add_structure_terms(int structure, const SurfaceWeights& w, 
     velocity += weight * v_hat + frame.col(0).dot(v_hat) * aside;
     const double mass = s.node_mass(node);
     if (!std::isfinite(mass)) {
-      held_.push_back({structure, node, static_cast<int>(problem_.contacts.size()), sign * weight, sign * aside});
+      held_.push_back({structure, node, row, sign * weight, sign * aside});
       continue;
     }
     int body = -1;
@@ -101,10 +101,10 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   // over a gap or a depth makes no moment.
   std::array<Vec3, 12> tilt = weight_gradients(skin, t.at.face_a, face);
   for (Vec3& aside : tilt) aside *= -(t.at.point_b - t.at.point_a).dot(t.normal);
-  const Vec3 a = add_structure_terms(t.a.index, face, t.frame, -1, u_ref, tilt);
+  const Vec3 a = add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref, tilt);
   SurfaceWeights node;
   node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
-  const Vec3 b = add_structure_terms(t.b_structure, node, t.frame, 1, u_ref);
+  const Vec3 b = add_structure_terms(t.row, t.b_structure, node, t.frame, 1, u_ref);
   c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
   c.friction = t.law->friction;
   if (!t.broken) {
@@ -244,7 +244,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
   if (with_structure) {
     const Vec3 before = u_ref;
-    a_end += h * add_structure_terms(t.a.index, face, t.frame, -1, u_ref);
+    a_end += h * add_structure_terms(t.row, t.a.index, face, t.frame, -1, u_ref);
     u_skin = u_ref - before;
     next = static_cast<int>(problem_.terms.size());
     problem_.terms.push_back({static_cast<int>(&body_b - bodies_.data()), static_cast<int>(problem_.jacobians.size())});

@@ -50,6 +50,18 @@ TEST(StructureEnergy, BlockThatTurnsInACushion) {
   EXPECT_LT(by_the_scheme(s), 0.01);
 }
 
+/// A block strikes a column's lowest cells, whose nodes its support holds: what these take is part of the contact that named them. It was given to the next one, and forces on both sides did not balance.
+TEST(StructureEnergy, ForcesAtASupportBalance) {
+  SceneText s = scene(0.01, "40 GPa", 0.4, "normal_stiffness = \"hard\"\nrestitution = 0");
+  s.raw(column());
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-0.80, 0.1, 0.2), velocity(Vec3(5, 0.3, 0)) + turned(Vec3(0.02, 0.04, 0.1)));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_LT(o.rows.back().ledger.kinetic, 0.9 * o.rows.front().ledger.kinetic);   // it did strike
+  EXPECT_LT(o.result.audit.worst_force_imbalance, 1e-12);
+  EXPECT_LT(o.result.audit.worst_moment_imbalance, 1e-12);
+}
+
 /// A block that ploughs along a cushion without friction, pressed on the side that it goes to: pressed across the skin alone it was lifted for nothing, by 7 % of the energy.
 TEST(StructureEnergy, BlockThatPloughsACushion) {
   SceneText s = scene(0.03, "5 GPa", 0, "contact_law = { kind = \"crushing\", pressure = \"2 MPa\" }\nnormal_stiffness = \"2 GPa/m\"");
