@@ -78,6 +78,39 @@ def measure(directory):
     return {"time": t, "u": u, "peak": (u - u[0]).max(), "residual": (u - u[0])[t > t[-1] - 0.01].mean(), "force": peak, "end": t[-1], "damage": damage}
 
 
+def plot(points, path):
+    """Computed over measured, and for each series of beams the course with the measured peak (dashed) and residual (dotted) in the colour of its test."""
+    import matplotlib
+    matplotlib.use("svg")
+    matplotlib.rcParams["svg.hashsalt"] = "talus"
+    import matplotlib.pyplot as plt
+    figure, axes = plt.subplots(2, 3, figsize=(13, 8))
+    series = {"SS": "Saatci and Vecchio", "A24": "A24", "A36": "A36", "B36": "B36", "B48": "B48"}
+    overview = axes[0, 0]
+    measured = np.array([1.0, 200.0])
+    overview.plot(measured, measured, color="#555", lw=0.9)
+    overview.fill_between(measured, measured / 1.5, 1.5 * measured, color="#bbb", alpha=0.35, lw=0, label="within 1.5")
+    for (prefix, title), axis, colour in zip(series.items(), axes.flat[1:], ("#2a6fb5", "#c8553d", "#588157", "#7b4fa3", "#b8860b")):
+        own = [p for p in points if p[0].startswith(prefix)]
+        for k, (name, test, m) in enumerate(own):
+            line, = axis.plot(1e3 * m["time"], m["u"] - m["u"][0], lw=1.3, color=f"C{k}", label=name)
+            if not test["peak"]:
+                continue
+            axis.axhline(test["peak"], color=line.get_color(), lw=0.8, ls="--")
+            axis.axhline(test["residual"], color=line.get_color(), lw=0.8, ls=":")
+            overview.plot(test["peak"], m["peak"], "o", color=colour, label="" if k else title)
+            if not 1 / 1.5 < m["peak"] / test["peak"] < 1.5:
+                overview.annotate(name, (test["peak"], m["peak"]), fontsize=8, xytext=(5, -3), textcoords="offset points")
+        axis.set(xlabel="time [ms]", ylabel="deflection of midspan [mm]", title=f"{title}: measured peak dashed, residual dotted")
+        axis.title.set_fontsize(10)
+        axis.legend(fontsize=8)
+    overview.set(xscale="log", yscale="log", xlim=(5, 200), ylim=(5, 200), xlabel="measured peak [mm]", ylabel="computed peak [mm]", title="Peak deflection")
+    overview.title.set_fontsize(10)
+    overview.legend(fontsize=8, loc="upper left")
+    figure.tight_layout()
+    figure.savefig(path, metadata={"Date": None})
+
+
 def main():
     parse = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parse.add_argument("--talus", default=str(here.parents[1] / "build/release/talus"))
@@ -116,24 +149,7 @@ def main():
         with open(options.figures, "w", encoding="utf-8") as file:
             json.dump({name: {"peak_mm": m["peak"], "residual_mm": m["residual"], "peak_force_kn": m["force"]} for name, _, m in points}, file, indent=1)
     if options.plot and points:
-        import matplotlib
-        matplotlib.use("svg")
-        matplotlib.rcParams["svg.hashsalt"] = "talus"
-        import matplotlib.pyplot as plt
-        figure, axes = plt.subplots(1, 2, figsize=(11, 4.5))
-        for name, test, m in points:
-            if test["peak"]:
-                colour = "#2a6fb5" if name.startswith("SS") else "#b5482a"
-                axes[0].plot(test["peak"], m["peak"], "o", color=colour)
-                axes[0].plot(test["residual"], m["residual"], "s", mfc="none", color=colour)
-                axes[0].annotate(name, (test["peak"], m["peak"]), fontsize=7, xytext=(3, 3), textcoords="offset points")
-            axes[1].plot(1e3 * m["time"], m["u"] - m["u"][0], label=name, lw=1)
-        axes[0].plot([0.4, 120], [0.4, 120], color="#999", lw=0.8)
-        axes[0].set(xscale="log", yscale="log", xlabel="measured [mm]", ylabel="computed [mm]", title="peak (dots), residual (squares)")
-        axes[1].set(xlabel="time [ms]", ylabel="deflection of midspan [mm]", title="computed")
-        axes[1].legend(fontsize=7, ncol=2)
-        figure.tight_layout()
-        figure.savefig(options.plot, metadata={"Date": None})
+        plot(points, options.plot)
     return 1 if failed else 0
 
 

@@ -107,7 +107,6 @@ void multiply_few(double* row, const double* M, int m) {
 
 }  // namespace
 
-/// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
 namespace {
 
 constexpr int large_skin = 96;   // degrees of freedom from which on the root is found by blocks
@@ -127,6 +126,7 @@ bool take_skin(int m, const double* B, const double* v, double* M, double* free)
 
 }  // namespace
 
+/// M of A^-1 = M M^T by Cholesky's method, and v_hat; columns of what is held, or cannot move on its own, are zero.
 void System::take_body(const ContactProblem& problem, int active) {
   const ProblemBody& source = problem.bodies[body[active]];
   const int m = source.ndof;
@@ -134,9 +134,12 @@ void System::take_body(const ContactProblem& problem, int active) {
   double *M = root.data() + matrix[active], *free = v_hat.data() + offset[active], *rest = held.data() + offset[active];
   const auto fast = [&](int i) { return !(B[i * m + i] > 0 && (A == nullptr || std::isfinite(A[i * m + i]))); };
   std::fill_n(rest, m, 0.0);
-  bool any_fast = false;
-  for (int i = 0; i < m && !any_fast; ++i) any_fast = fast(i);
-  if (m > large_skin && !any_fast && take_skin(m, B, v, M, free)) return;
+  const auto any_fast = [&] {
+    for (int i = 0; i < m; ++i)
+      if (fast(i)) return true;
+    return false;
+  };
+  if (m > large_skin && !any_fast() && take_skin(m, B, v, M, free)) return;
   std::fill_n(M, static_cast<std::size_t>(m) * m, 0.0);
   std::fill_n(free, m, 0.0);
   for (int c = 0; c < m; ++c) {
@@ -152,7 +155,7 @@ void System::take_body(const ContactProblem& problem, int active) {
     const double root_of_pivot = std::sqrt(pivot);
     M[c * m + c] = root_of_pivot;
     free[c] = left / root_of_pivot;
-    if (m > 12) {   // a skin with nodes that are held: by whole columns
+    if (m > 12) {   // a small skin, or one with nodes that are held: by whole columns
       const int below = m - c - 1;
       Eigen::Map<VecX> column(M + c * m + c + 1, below);
       column = Eigen::Map<const VecX>(B + c * m + c + 1, below);

@@ -84,7 +84,7 @@ TEST(TurnedStiffness, NearestRotationOfAStretchedOne) {
 }
 
 /// A slender column that is pushed aside slowly, by condensed steps, and held. It does not crack, and leans by 0.008: K as built is soft in bending where the column as it lies has a part of its axial stiffness, and
-/// with cells that were followed from a rotation of 0.02 on only, motion grew from 3e-5 to 1300 J within a hundred steps.
+/// with cells that were followed from a rotation of 0.02 on only, motion grew until step 586 was refused.
 TEST(TurnedStiffness, SlenderColumnThatLeansComesToRest) {
   StructureSpec spec = cantilever(1, 24);
   spec.size = Vec3(0.4, 0.4, 12);
@@ -130,9 +130,9 @@ TEST(TurnedStiffness, PartsThatLeftAreGone) {
   const double h = bar.critical_step(), H = 20 * h;
   const auto at = [&](int n) { return bar.mesh().nodes[static_cast<std::size_t>(n)]; };
   const auto nodes = static_cast<int>(bar.mesh().nodes.size());
-  std::vector<int> stub;
+  std::vector<int> kept;
   for (int n = 0; n < nodes; ++n)
-    if (std::abs(at(n).x() + 0.4) < 1e-9) stub.push_back(n);
+    if (std::abs(at(n).x() + 0.4) < 1e-9) kept.push_back(n);
   double t = 0;
   std::vector<Fragment> torn;
   for (int i = 0; i < 8000 && torn.empty(); ++i, t += h) {
@@ -155,5 +155,5 @@ TEST(TurnedStiffness, PartsThatLeftAreGone) {
   resumed.restore(state);
   bar.predict_condensed(t, H);
   resumed.predict_condensed(t, H);
-  EXPECT_EQ(bar.compliance(stub), resumed.compliance(stub));
+  EXPECT_EQ(bar.compliance(kept), resumed.compliance(kept));
 }

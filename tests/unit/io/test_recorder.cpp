@@ -317,6 +317,17 @@ TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   EXPECT_EQ(j["headline"][0].get<std::string>().find("permanent load"), std::string::npos) << j["headline"];
 }
 
+TEST(Recorder, APieceOfNoStructureIsRefused) {
+  const SyntheticRun run = small();
+  const sim::RunHeader header = run.header();
+  io::SummaryBuilder builder(header);
+  sim::RunHeader::BlockInfo piece = run.fragment_info();
+  piece.from = static_cast<int>(header.structures.size());
+  EXPECT_THROW(builder.extend({&piece, 1}), std::out_of_range);
+  piece.from -= 1;
+  EXPECT_NO_THROW(builder.extend({&piece, 1}));
+}
+
 TEST(Recorder, ABlockCountsUntilItLeavesTheModel) {
   SyntheticRun run = small();
   run.structure = false;
