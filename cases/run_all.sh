@@ -1,15 +1,16 @@
 #!/bin/sh
 # Runs every case, evaluates it, and compares its figures with its expected.toml.
 #
-# usage: cases/run_all.sh [--reduced] [--only CASE] [--talus PROGRAM] [--out DIR]
+# usage: cases/run_all.sh [--reduced] [--only CASE] [--talus PROGRAM] [--out DIR] [--jobs N]
 #   --reduced   shorter and fewer runs, which show that every case still works (expected.toml has figures of their own)
 #   --only      one case: a folder of cases/
 #   --talus     the program (build/release/talus)
 #   --out       where results go (results/cases)
+#   --jobs      runs at a time (as many as there are cores); more than one: of one thread each, which changes no bit of their results
 # Exit code 1 if a run fails or a figure misses.
 set -u
 here=$(cd "$(dirname "$0")" && pwd)
-talus=$here/../build/release/talus out=results/cases reduced= only=
+talus=$here/../build/release/talus out=results/cases reduced= only= jobs=$(nproc)
 python=${PYTHON:-/usr/bin/python3}
 while [ $# -gt 0 ]; do
   case $1 in
@@ -17,34 +18,48 @@ while [ $# -gt 0 ]; do
     --only) only=$2; shift ;;
     --talus) talus=$2; shift ;;
     --out) out=$2; shift ;;
-    *) sed -n '2,9p' "$0"; exit 2 ;;
+    --jobs) jobs=$2; shift ;;
+    *) sed -n '2,11p' "$0"; exit 2 ;;
   esac
   shift
 done
 mkdir -p "$out"
 failures=0
+threads=$([ "$jobs" -gt 1 ] && echo "--threads 1")
+runs=$(mktemp) && judgements=$(mktemp) || exit 1
+trap 'rm -f "$runs" "$judgements"' EXIT
 
-# run NAME SCENE [options]: a run that fails is told and counted, the others go on
-run() {
-  name=$1; scene=$2; shift 2
-  if "$talus" run "$here/$scene" -o "$out/$name" "$@" > "$out/$name.log" 2>&1; then
-    echo "$name: $(grep ' at t = ' "$out/$name.log" | tail -1)"
-  else
-    code=$?
-    echo "$name: exit code $code: $(grep -v '^ ' "$out/$name.log" | head -3 | tr '\n' ' ')"
-    case $name in *-1988*) ;; *) failures=$((failures + 1)) ;; esac   # the 1988 scheme's failures are part of the comparison
-  fi
-}
+# run NAME SCENE [options]: one of the runs to be made (no blanks in any)
+run() { echo "$* $threads" >> "$runs"; }
 
-# judge CASE PROGRAM [arguments]: evaluates into CASE.json and compares
-judge() {
-  case_=$1; shift
-  echo "--- $case_"
-  "$python" "$@" -o "$out/$case_.json" && "$python" "$here/compare.py" "$here/$case_" "$out/$case_.json" $reduced || failures=$((failures + 1))
-}
+# judge CASE PROGRAM [arguments]: once all have run, evaluates into CASE.json and compares
+judge() { echo "$*" >> "$judgements"; }
 
 wanted() { [ -z "$only" ] || [ "$only" = "$1" ]; }
 span() { [ -n "$reduced" ] && echo "$2" || echo "$1"; }   # full or reduced value
+
+# The longest first, so that no core waits for one of them at the end.
+for case in k4580-viaduct-damage k4580-boulder k4580-rock-mass; do
+  wanted $case || continue
+  directories=
+  if [ $case = k4580-viaduct-damage ] && [ -z "$reduced" ]; then
+    run $case-rocks $case/rock-mass-deep.toml
+    directories=$out/$case-rocks
+  fi
+  for slope in $(span "shallow deep before" "deep"); do
+    case $case in
+      k4580-boulder) short="--set simulation.duration=8" ;;
+      k4580-rock-mass) short="--set simulation.duration=0.2" ;;
+      *) short="--set simulation.duration=0.06 --set structure.viaduct.cell_size=0.75 --set block.boulder.position=[0,108,14.1] --set block.boulder.velocity=[0,5,-11]" ;;   # just above the deck
+    esac
+    run "$case-$slope" "$case/$slope.toml" $(span "" "$short")
+    directories="$out/$case-$slope $directories"
+  done
+  case $case in
+    k4580-viaduct-damage) judge $case "$here/k4580/evaluate_damage.py" $directories ;;
+    *) judge $case "$here/k4580/evaluate.py" "${case#k4580-}" $directories ;;
+  esac
+done
 
 if wanted lab-14-blocks; then
   directories=
@@ -60,28 +75,6 @@ for case in wanzhou-trajectories wanzhou-energy; do
   run "$case-physical" "$case/physical.toml" $(span "" "--set simulation.duration=0.6")
   run "$case-1988" "$case/paper.toml" $(span "" "--set simulation.duration=0.3")
   judge $case "$here/wanzhou-trajectories/evaluate.py" $([ $case = wanzhou-energy ] && echo --energy) "$out/$case-physical" "$out/$case-1988"
-done
-
-for case in k4580-boulder k4580-rock-mass k4580-viaduct-damage; do
-  wanted $case || continue
-  directories=
-  for slope in $(span "before shallow deep" "deep"); do
-    case $case in
-      k4580-boulder) short="--set simulation.duration=8" ;;
-      k4580-rock-mass) short="--set simulation.duration=0.2" ;;
-      *) short="--set simulation.duration=0.06 --set structure.viaduct.cell_size=0.75 --set block.boulder.position=[0,108,14.1] --set block.boulder.velocity=[0,5,-11]" ;;   # just above the deck
-    esac
-    run "$case-$slope" "$case/$slope.toml" $(span "" "$short")
-    directories="$directories $out/$case-$slope"
-  done
-  if [ $case = k4580-viaduct-damage ] && [ -z "$reduced" ]; then
-    run $case-rocks $case/rock-mass-deep.toml
-    directories="$directories $out/$case-rocks"
-  fi
-  case $case in
-    k4580-viaduct-damage) judge $case "$here/k4580/evaluate_damage.py" $directories ;;
-    *) judge $case "$here/k4580/evaluate.py" "${case#k4580-}" $directories ;;
-  esac
 done
 
 if wanted tirol-pier; then
@@ -106,8 +99,18 @@ if wanted pier-destruction; then
 fi
 
 if wanted experiments; then
-  judge experiments "$here/experiments/evaluate.py" --talus "$talus" --out "$out/experiments" $reduced
+  judge experiments "$here/experiments/evaluate.py" --talus "$talus" --out "$out/experiments" --jobs "$jobs" $reduced
 fi
+
+xargs -L 1 -P "$jobs" "$here/run_one.sh" "$talus" "$out" < "$runs"
+while read -r name rest; do
+  [ -e "$out/$name.failed" ] && failures=$((failures + 1))
+done < "$runs"
+while read -r case_ program; do
+  echo "--- $case_"
+  # shellcheck disable=SC2086
+  "$python" $program -o "$out/$case_.json" < /dev/null && "$python" "$here/compare.py" "$here/$case_" "$out/$case_.json" $reduced || failures=$((failures + 1))
+done < "$judgements"
 
 [ $failures = 0 ] && echo "every case ran and every figure holds" || echo "$failures failures"
 [ $failures = 0 ]

@@ -1,14 +1,15 @@
 #!/usr/bin/env python3
 """Measured and computed displacements of beams under drop weights: a table and a plot.
 
-usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.svg] [--reuse] [--reduced] [-o FIGURES.json]
+usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.svg] [--reuse] [--reduced] [--jobs N] [-o FIGURES.json]
 
 Runs one scene for each test (../experiments-*/scene.toml with the settings below) into DIR/NAME and prints a Markdown table. Peak: the
 largest deflection of midspan from its place under the beam's own weight. Residual: its mean over the last 10 ms of the run, which
 ends before the beam is quite at rest. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
-the first 2 ms of one beam. Measured values: see the READMEs.
+the first 2 ms of one beam; --jobs runs so many at a time, of one thread each. Measured values: see the READMEs.
 """
 import argparse
+import concurrent.futures
 import json
 import pathlib
 import subprocess
@@ -54,8 +55,8 @@ for name in ("A24-5", "A24-6", "A36-5", "B48-6"):   # which still go down after 
     TESTS[name]["set"].append("simulation.duration=0.1")
 
 
-def run(name, test, talus, directory):
-    command = [talus, "run", str(here.parent / test["scene"] / "scene.toml"), "-o", str(directory)]
+def run(test, talus, directory, options):
+    command = [talus, "run", str(here.parent / test["scene"] / "scene.toml"), "-o", str(directory), *options]
     for setting in test["set"]:
         command += ["--set", setting]
     with open(f"{directory}.log", "w", encoding="utf-8") as log:
@@ -119,6 +120,7 @@ def main():
     parse.add_argument("--plot")
     parse.add_argument("--reuse", action="store_true")
     parse.add_argument("--reduced", action="store_true")
+    parse.add_argument("--jobs", type=int, default=1)
     parse.add_argument("-o", dest="figures")
     options = parse.parse_args()
     out = pathlib.Path(options.out)
@@ -131,11 +133,12 @@ def main():
     ratio = lambda c, m: "" if not m else f"{c / m:.2f}"
     print("| test | peak measured mm | computed | ratio | residual measured mm | computed | ratio | peak force measured kN | computed | exit |\n|---|---|---|---|---|---|---|---|---|---|")
     points, failed = [], 0
+    pool = concurrent.futures.ThreadPoolExecutor(options.jobs)
+    extra = ["--threads", "1"] if options.jobs > 1 else []
+    running = {name: pool.submit(run, TESTS[name], options.talus, out / name, extra) for name in names if not (options.reuse and (out / name / "results.h5").exists())}
     for name in names:
         test, directory = TESTS[name], out / name
-        code = 0
-        if not (options.reuse and (directory / "results.h5").exists()):
-            code = run(name, test, options.talus, directory)
+        code = running[name].result() if name in running else 0
         if not (directory / "results.h5").exists():
             print(f"| {name} | {show(test['peak'])} | no result | | {show(test['residual'])} | | | | | {code} |")
             failed += 1

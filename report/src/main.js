@@ -58,10 +58,11 @@ if (summary.structures && summary.structures.length) {
   if (hits || !loaded) card(many ? "Structures hit" : summary.structures[0].name, many ? `${hits} of ${summary.structures.length}` : hits ? "Hit" : "Not hit", "", hits ? `first at ${number(impacts[0].start, 4)} s` : "", hits ? "hit" : "safe");
   else card(many ? "Structures loaded" : summary.structures[0].name, many ? `${loaded} of ${summary.structures.length}` : "Loaded", "", "by a prescribed traction; no block struck");
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
-  const worst = (blows.length ? blows : impacts).reduce((a, m) => (!a || force(m) > force(a) ? m : a), null);
+  const strikes = blows.length ? blows : impacts, greatest = (of) => strikes.reduce((a, m) => (!a || of(m) > of(a) ? m : a), null);
+  const worst = greatest(force), hardest = greatest((m) => m.kinetic);   // what rolls on and presses may have the greatest force of all
   if (worst) {
-    card("Impact speed", worst.speed, "m/s", `${worst.block}, ${text(worst.kinetic, "J")}`);
-    card("Contact force", force(worst), "N", worst.filtered_force === undefined ? "single sub-step" : `low-passed at 300 Hz; single sub-step ${text(worst.peak_force, "N")}, depends on cells and contact law`);
+    card("Impact speed", hardest.speed, "m/s", `${hardest.block} at ${number(hardest.start, 4)} s with ${text(hardest.kinetic, "J")}${strikes.length > 1 ? `, the most of all strikes${blows.length && blows.length < impacts.length ? " by blocks" : ""}` : ""}`);
+    card("Contact force", force(worst), "N", worst.filtered_force === undefined ? `${worst.block}, single sub-step` : `${worst.block}, low-passed at 300 Hz; single sub-step ${text(worst.peak_force, "N")}, depends on cells and contact law`);
     card("Impulse of this strike", norm(worst.impulse), "N s", `${worst.block} at ${number(worst.start, 4)} s, in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
   }
   const top = (key) => summary.structures.reduce((a, s) => (s[key] > a[key] ? s : a));
@@ -238,7 +239,7 @@ function legend() {
   box.replaceChildren();
   const add = (title, name, low, high) => box.append(make("div", { className: "legend" }, make("div", { className: "t", textContent: title }), make("div", { className: "bar", style: `background:${gradient(name)}` }), make("div", { className: "s" }, make("span", { textContent: low }), make("span", { textContent: high }))));
   if (structures.length) {
-    if (view.field === "damage") add("Damage [–]", "damage", "0 sound", "1 lost");
+    if (view.field === "damage") add("Damage [–]", "damage", "0 sound", "1 cracked or crushed");
     const d = Math.max(...structures.map((s) => s.displacement_max)), q = Math.max(...structures.map((s) => s.stress_max));
     if (view.field === "displacement") add("Displacement", "displacement", "0", text(d, "m"));
     const w = Math.max(...structures.map((s) => s.crack_max || 0));

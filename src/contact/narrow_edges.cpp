@@ -2,16 +2,41 @@
 #include "contact/narrow_features.hpp"
 
 namespace talus::contact::narrow {
+namespace {
+
+/// Eight edges that follow each other, which lie beside each other for the most part, and the box about them.
+constexpr std::size_t bunch = 8;
+
+void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std::vector<Box3>& bunches) {
+  own.clear();
+  bunches.clear();
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (i % bunch == 0) bunches.emplace_back();
+    own.emplace_back(Vec3(edges[i].a.cwiseMin(edges[i].b)), Vec3(edges[i].a.cwiseMax(edges[i].b)));
+    bunches.back().extend(own.back());
+  }
+}
+
+bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) { return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any(); }
+
+}  // namespace
 
 void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
   // Crossed edges lie apart by the gap or the overlap; springs overlap by a small part of the block at most.
   const double reach = std::max(s.margin, crossed_overlap * s.depth);
+  thread_local std::vector<Box3> boxes, bunches;
+  enclose(s.B.edges, boxes, bunches);
   for (const auto& a : s.A.edges) {
     const Vec3 lo = a.a.cwiseMin(a.b).array() - reach, hi = a.a.cwiseMax(a.b).array() + reach;
     const Vec3 da = a.b - a.a;
     const double la = da.norm();
-    for (const auto& b : s.B.edges) {
-      if ((b.a.cwiseMin(b.b).array() > hi.array()).any() || (b.a.cwiseMax(b.b).array() < lo.array()).any()) continue;
+    for (std::size_t i = 0; i < s.B.edges.size(); ++i) {
+      if (i % bunch == 0 && beyond(bunches[i / bunch], lo, hi)) {
+        i += bunch - 1;
+        continue;
+      }
+      if (beyond(boxes[i], lo, hi)) continue;
+      const auto& b = s.B.edges[i];
       const Vec3 db = b.b - b.a;
       const double lb = db.norm();
       Vec3 n = da.cross(db);

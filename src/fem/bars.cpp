@@ -70,60 +70,41 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
   if (const std::string short_ends = anchor_bars(all, host, mesh, supports); !short_ends.empty()) warn(short_ends);
   const std::vector<rebar::Segment> segments = rebar::embed(all, host, key);
   rebar::check_surfaces(all, segments, host, key);
-  // Only the nodes of hosts take part: their own numbering.
-  std::vector<int> number(mesh.nodes.size(), -1);
+  std::vector<char> hosting(mesh.nodes.size(), 0);
   for (const rebar::Segment& s : segments)
-    for (int n : mesh.hexes[s.cell]) number[n] = 0;
-  for (std::size_t n = 0; n < number.size(); ++n)
-    if (number[n] == 0) number[n] = static_cast<int>(node_.size()), node_.push_back(static_cast<int>(n)), reference_.push_back(mesh.nodes[n]);
-  std::vector<std::array<int, 8>> hexes = mesh.hexes;
-  for (auto& hex : hexes)
-    for (int& n : hex) n = std::max(number[n], 0);
-  bars_ = rebar::EmbeddedBars(all, segments, reference_, hexes);
-  current_ = reference_;
-  force_.assign(3 * node_.size(), 0.0);
+    for (int n : mesh.hexes[s.cell]) hosting[n] = 1;
+  for (std::size_t n = 0; n < hosting.size(); ++n)
+    if (hosting[n]) node_.push_back(static_cast<int>(n));
+  bars_ = rebar::EmbeddedBars(all, segments, mesh.nodes, mesh.hexes);
   old_ = next_ = bars_.initial_states();
   old_strain_.assign(segments.size(), 0.0);
   next_strain_ = old_strain_;
   if (spec.bond == "mc2010") slip_ = std::make_unique<rebar::SlipField>(bars_, spec.f_cm);
 }
 
-std::vector<Vec3> Bars::positions(const double* u) const {
-  std::vector<Vec3> x(node_.size());
-  for (std::size_t i = 0; i < node_.size(); ++i) x[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
-  return x;
-}
-
 void Bars::find_carrying(const std::vector<char>& live) {
   carrying_stale_ = false;
   carrying_.clear();
-  std::vector<char> at(node_.size(), slip_ != nullptr);
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const int cell = bars_.segments()[k].cell;
-    if (!live[cell] || (partition_ && !slip_ && !partition_->local_cells()[cell])) continue;
-    carrying_.push_back(static_cast<int>(k));
-    for (int n : bars_.host_nodes(k)) at[n] = 1;
+    if (live[cell] && (!partition_ || slip_ || partition_->local_cells()[cell])) carrying_.push_back(static_cast<int>(k));
   }
-  carrying_node_.clear();
-  for (std::size_t i = 0; i < at.size(); ++i)
-    if (at[i]) carrying_node_.push_back(static_cast<int>(i));
+  changed_.clear();
   next_ = old_;
   next_strain_ = old_strain_;
 }
 
 void Bars::add_forces(const double* u, double h, const std::vector<char>& live, double* f) {
   if (carrying_stale_) find_carrying(live);
-  for (int i : carrying_node_) current_[i] = reference_[i] + Vec3(u[4 * node_[i]], u[4 * node_[i] + 1], u[4 * node_[i] + 2]);
-  for (int i : carrying_node_) std::fill_n(&force_[3 * static_cast<std::size_t>(i)], 3, 0.0);
+  for (const int k : changed_) next_[static_cast<std::size_t>(k)] = old_[static_cast<std::size_t>(k)];
+  changed_.clear();
   if (slip_) {
-    bars_.host_strains(current_, host_);
+    bars_.host_strains(u, host_);
     bond_ = slip_->solve(host_, h, old_, old_strain_, live.data());
   }
   const bool part = partition_ && !slip_;
-  sums_ = bars_.forces(current_, h, old_, old_strain_, next_, next_strain_, force_.data(), &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
+  sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
   evaluated_ = true;
-  for (int i : carrying_node_)
-    for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force_[3 * i + c];
 }
 
 void Bars::divide(Partition& partition) {
@@ -156,16 +137,15 @@ void Bars::mark_nodes(std::vector<char>& touched) const {
 void Bars::accept() {
   if (!evaluated_) return;   // nothing new; what was next is older now
   evaluated_ = false;
-  old_.swap(next_);
+  for (const int k : changed_) old_[static_cast<std::size_t>(k)] = next_[static_cast<std::size_t>(k)];
+  changed_.clear();
   old_strain_.swap(next_strain_);
   ties_stale_ = ties_stale_ || sums_.breaking > 0;
   if (slip_) slip_->accept();
 }
 
 void Bars::add_mass(double density, std::vector<double>& mass) const {
-  std::vector<double> own(node_.size(), 0.0);
-  bars_.add_mass(density, own);
-  for (std::size_t i = 0; i < node_.size(); ++i) mass[node_[i]] += own[i];
+  bars_.add_mass(density, mass);
 }
 
 double Bars::steel_volume() const {
@@ -179,13 +159,10 @@ std::vector<Spring> Bars::springs(const std::vector<Mat3>* frames) const {
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
     const rebar::Segment& s = bars_.segments()[k];
     Spring spring;
-    Vec3 along = Vec3::Zero();
+    Vec3 along = bars_.along(k);
     for (int i = 0; i < 8; ++i) {
-      const double weight = s.end[i] - s.start[i];
-      const int compact = bars_.host_nodes(k)[i];
-      along += weight * reference_[compact];
-      spring.node.push_back(node_[compact]);
-      spring.weight.push_back(weight);
+      spring.node.push_back(bars_.host_nodes(k)[i]);
+      spring.weight.push_back(s.end[i] - s.start[i]);
     }
     if (frames != nullptr) along = (*frames)[static_cast<std::size_t>(s.cell)] * along;
     along.normalize();
@@ -229,12 +206,8 @@ double Bars::stored_in(const std::vector<int>& cells) const {
 }
 
 void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const {
-  const std::vector<Vec3> x = positions(u);
-  std::vector<double> force(3 * node_.size(), 0.0);
   for (int k : segments)
-    if (live[bars_.segments()[k].cell]) bars_.add_pull(k, bars_.pull(k, x, old_[k], slip_strain(k)).force, force.data());
-  for (std::size_t i = 0; i < node_.size(); ++i)
-    for (int c = 0; c < 3; ++c) f[4 * node_[i] + c] += force[3 * i + c];
+    if (live[bars_.segments()[k].cell]) bars_.add_pull(k, bars_.pull(k, u, old_[k], slip_strain(k)).force, f);
 }
 
 Bars::Counts Bars::count(const std::vector<int>& segments) const {
@@ -251,15 +224,14 @@ Bars::Counts Bars::count(const std::vector<int>& segments) const {
 }
 
 void Bars::snapshot(const double* u, Structure::Snapshot& out) const {
-  const std::vector<Vec3> x = positions(u);
   for (std::size_t k = 0; k < bars_.segments().size(); ++k) {
-    const auto [a, b] = bars_.ends(k, x);
+    const auto [a, b] = bars_.ends(k, u);
     const int first = static_cast<int>(out.bar_points.size());
     out.bar_points.push_back(a);
     out.bar_points.push_back(b);
     out.bars.push_back({first, first + 1});
     out.bar_strain.push_back(old_strain_[k]);
-    out.bar_stress.push_back(bars_.pull(k, x, old_[k], slip_strain(k)).stress);
+    out.bar_stress.push_back(bars_.pull(k, u, old_[k], slip_strain(k)).stress);
     out.bar_state.push_back(old_[k].broken > 0 ? 2 : old_[k].accumulated > 0 ? 1 : 0);
   }
 }
@@ -285,6 +257,7 @@ std::size_t Bars::restore(std::span<const double> state) {
   if (state.size() < size) throw NumericalFailure("the saved bars belong to another structure");
   for (std::size_t k = 0; k < old_.size(); ++k) read_state(k, &state[state_width * k]);
   next_ = old_;
+  changed_.clear();
   next_strain_ = old_strain_;
   return size + (slip_ ? slip_->restore(state.subspan(size)) : 0);
 }

@@ -63,15 +63,13 @@ class Bars {
 
  private:
   bool counts() const { return !partition_ || !slip_ || partition_->first_rank(); }
-  std::vector<Vec3> positions(const double* u) const;
   static constexpr std::size_t state_width = 6;   // numbers of one segment's accepted state
   void write_state(std::size_t segment, std::vector<double>& state) const;
   void read_state(std::size_t segment, const double* from);
   rebar::EmbeddedBars bars_;
-  std::vector<int> node_;                 // the nodes of hosts, compact numbering
-  std::vector<Vec3> reference_, current_;
-  std::vector<double> force_;
-  std::vector<material::Steel::State> old_, next_;
+  std::vector<int> node_;                 // the nodes of hosts, ascending
+  std::vector<material::Steel::State> old_, next_;   // accepted; by the last evaluation, apart from them only at changed_
+  std::vector<int> changed_;              // segments whose state the last evaluation changes
   std::vector<double> old_strain_, next_strain_;
   double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
   bool evaluated_ = false;                // since the last accept()
@@ -83,7 +81,7 @@ class Bars {
   std::vector<double> host_;
   Partition* partition_ = nullptr;        // null: all segments here
   void find_carrying(const std::vector<char>& live);
-  std::vector<int> carrying_, carrying_node_;   // segments in live (local) cells, their hosts' nodes: those that are computed. Of a broken viaduct few
+  std::vector<int> carrying_;             // segments in live (local) cells: those that are computed. Of a broken viaduct few
   bool carrying_stale_ = true;
 };
 

@@ -51,6 +51,13 @@ class Steel {
   const Parameters& parameters() const { return p_; }
   /// strain: since the bar was placed (without the initial one); rate: its magnitude matters [1/s].
   Result operator()(double strain, double rate, const State& old, State& next) const;
+  /// True if it stays elastic at this strain, whatever the rate (which only raises f_y): stress and stored energy are then these, and its state stays.
+  bool elastic(double strain, const State& old, double& stress, double& energy) const {
+    const double e = p_.young;
+    stress = p_.prestress + e * (strain - old.plastic);
+    energy = 0.5 * stress * stress / e + (kinematic_ > 0 ? 0.5 * old.back_stress * old.back_stress / kinematic_ : 0.0);
+    return old.broken == 0 && std::abs(stress - old.back_stress) <= (old.yield == 0 ? p_.yield : old.yield) + isotropic_ * old.accumulated && strain + p_.prestress / e <= p_.fracture_strain;
+  }
 
  private:
   Parameters p_;

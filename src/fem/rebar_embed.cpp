@@ -8,9 +8,13 @@
 #include <unordered_map>
 
 #include "core/error.hpp"
+#include "fem/material_simd.hpp"
 
 namespace talus::rebar {
 namespace {
+
+/// By one course of roundings, whatever the compiler makes of it elsewhere: an undeformed bar has no strain to the last bit.
+double length(double x, double y, double z) { return std::sqrt(std::fma(x, x, std::fma(y, y, z * z))); }
 
 constexpr int corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
 
@@ -259,63 +263,87 @@ EmbeddedBars::EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments,
   nodes_.reserve(segments_.size());
   for (Segment& s : segments_) {
     nodes_.push_back(hexes[s.cell]);
-    // The length as the strain sees it, so that an undeformed bar has no strain to the last bit.
-    Vec3 d = Vec3::Zero();
-    for (int i = 0; i < 8; ++i) d += (s.end[i] - s.start[i]) * reference[nodes_.back()[i]];
-    s.length = d.norm();
+    Vec3 d = Vec3::Zero(), start = Vec3::Zero();
     Compact& c = compact_.emplace_back();
-    for (int i = 0; i < 8; ++i) c.delta[i] = s.end[i] - s.start[i];
+    for (int i = 0; i < 8; ++i) {
+      c.delta[i] = s.end[i] - s.start[i];
+      d += c.delta[i] * reference[nodes_.back()[i]];
+      start += s.start[i] * reference[nodes_.back()[i]];
+    }
+    s.length = length(d.x(), d.y(), d.z());
+    start_.push_back(start);
+    along_.push_back(d);
+    c.along = {d.x(), d.y(), d.z(), 0};
     c.node = nodes_.back();
     c.length = s.length, c.area = s.area, c.bar = s.bar, c.cell = s.cell;
   }
 }
 
-EmbeddedBars::Sums EmbeddedBars::forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-                                        std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const std::vector<int>* which,
+EmbeddedBars::Sums EmbeddedBars::forces(const double* u, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
+                                        std::span<material::Steel::State> next, std::span<double> next_strain, std::vector<int>& changed, double* force, const std::vector<int>* which,
                                         std::span<const double> slip_strain, const char* counted) const {
+  using material::V4, material::load4, material::store4;
   Sums sums;
   for (std::size_t i = 0, count = which ? which->size() : compact_.size(); i < count; ++i) {
     const std::size_t k = which ? static_cast<std::size_t>((*which)[i]) : i;
     const Compact& s = compact_[k];
-    Vec3 d = Vec3::Zero();
-    for (int a = 0; a < 8; ++a) d += s.delta[a] * current[s.node[a]];
-    const double l = d.norm();
+    V4 d = load4(s.along.data());
+    for (int a = 0; a < 8; ++a) d += s.delta[a] * load4(u + 4L * s.node[a]);
+    const double l = length(d[0], d[1], d[2]);
     const double strain = (l - s.length) / s.length + (slip_strain.empty() ? 0.0 : slip_strain[k]);
-    const double rate = h > 0 ? (strain - old_strain[k]) / h : 0.0;
-    const bool was_broken = old[k].broken > 0;
-    const auto r = laws_[s.bar](strain, rate, old[k], next[k]);
-    next_strain[k] = strain;
-    sums.breaking += !was_broken && next[k].broken > 0;
-    if (!counted || counted[s.cell]) {
-      const double volume = s.area * s.length;
-      sums.energy += volume * r.energy;
-      sums.dissipation += volume * r.dissipation;
-      if (!was_broken) sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
-      sums.yielding += next[k].accumulated > 0;
-      sums.broken += next[k].broken > 0;
+    const double volume = s.area * s.length;
+    const material::Steel& law = laws_[s.bar];
+    const bool in_sums = !counted || counted[s.cell];
+    double stress, energy;
+    if (law.elastic(strain, old[k], stress, energy)) {
+      if (in_sums) {
+        sums.energy += volume * energy;
+        sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
+        sums.yielding += old[k].accumulated > 0;
+      }
+    } else if (old[k].broken > 0) {
+      stress = 0;
+      if (in_sums) sums.broken += 1, sums.yielding += old[k].accumulated > 0;
+    } else {
+      const auto r = law(strain, h > 0 ? (strain - old_strain[k]) / h : 0.0, old[k], next[k]);
+      changed.push_back(static_cast<int>(k));
+      stress = r.stress;
+      sums.breaking += next[k].broken > 0;
+      if (in_sums) {
+        sums.energy += volume * r.energy;
+        sums.dissipation += volume * r.dissipation;
+        sums.largest_strain = std::max(sums.largest_strain, std::abs(strain));
+        sums.yielding += next[k].accumulated > 0;
+        sums.broken += next[k].broken > 0;
+      }
     }
-    if (r.stress == 0) continue;
-    const Vec3 f = (s.area * r.stress / l) * d;
-    for (int a = 0; a < 8; ++a)
-      for (int c = 0; c < 3; ++c) force[3 * s.node[a] + c] += s.delta[a] * f[c];
+    next_strain[k] = strain;
+    if (stress == 0) continue;
+    const V4 f = (s.area * stress / l) * d;
+    for (int a = 0; a < 8; ++a) store4(force + 4L * s.node[a], load4(force + 4L * s.node[a]) + s.delta[a] * f);
   }
   return sums;
 }
 
-void EmbeddedBars::host_strains(std::span<const Vec3> current, std::vector<double>& strain) const {
+/// d now.
+Vec3 EmbeddedBars::span_now(std::size_t k, const double* u) const {
+  Vec3 d = along_[k];
+  for (int i = 0; i < 8; ++i) d += compact_[k].delta[i] * Eigen::Map<const Vec3>(u + 4L * nodes_[k][i]);
+  return d;
+}
+
+void EmbeddedBars::host_strains(const double* u, std::vector<double>& strain) const {
   strain.resize(segments_.size());
   for (std::size_t k = 0; k < segments_.size(); ++k) {
-    Vec3 d = Vec3::Zero();
-    for (int i = 0; i < 8; ++i) d += (segments_[k].end[i] - segments_[k].start[i]) * current[nodes_[k][i]];
-    strain[k] = (d.norm() - segments_[k].length) / segments_[k].length;
+    const Vec3 d = span_now(k, u);
+    strain[k] = (length(d.x(), d.y(), d.z()) - segments_[k].length) / segments_[k].length;
   }
 }
 
-EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, std::span<const Vec3> current, const material::Steel::State& state, double slip_strain) const {
+EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, const double* u, const material::Steel::State& state, double slip_strain) const {
   const Segment& s = segments_[k];
-  Vec3 d = Vec3::Zero();
-  for (int i = 0; i < 8; ++i) d += (s.end[i] - s.start[i]) * current[nodes_[k][i]];
-  const double l = d.norm();
+  const Vec3 d = span_now(k, u);
+  const double l = length(d.x(), d.y(), d.z());
   Pull out;
   out.strain = (l - s.length) / s.length + slip_strain;
   material::Steel::State unused;
@@ -324,19 +352,14 @@ EmbeddedBars::Pull EmbeddedBars::pull(std::size_t k, std::span<const Vec3> curre
   return out;
 }
 
-std::pair<Vec3, Vec3> EmbeddedBars::ends(std::size_t k, std::span<const Vec3> current) const {
-  Vec3 a = Vec3::Zero(), b = Vec3::Zero();
-  for (int i = 0; i < 8; ++i) {
-    a += segments_[k].start[i] * current[nodes_[k][i]];
-    b += segments_[k].end[i] * current[nodes_[k][i]];
-  }
-  return {a, b};
+std::pair<Vec3, Vec3> EmbeddedBars::ends(std::size_t k, const double* u) const {
+  Vec3 a = start_[k];
+  for (int i = 0; i < 8; ++i) a += segments_[k].start[i] * Eigen::Map<const Vec3>(u + 4L * nodes_[k][i]);
+  return {a, a + span_now(k, u)};
 }
 
 void EmbeddedBars::add_pull(std::size_t k, const Vec3& pull, double* force) const {
-  const Segment& s = segments_[k];
-  for (int i = 0; i < 8; ++i)
-    for (int c = 0; c < 3; ++c) force[3 * nodes_[k][i] + c] += (s.end[i] - s.start[i]) * pull[c];
+  for (int i = 0; i < 8; ++i) Eigen::Map<Vec3>(force + 4L * nodes_[k][i]) += compact_[k].delta[i] * pull;
 }
 
 void EmbeddedBars::add_mass(double density, std::span<double> mass) const {

@@ -1,13 +1,16 @@
 /// Bars embedded in hexahedra: polylines cut by the cells, strain from the host's shape functions, perfect bond.
 ///
 ///   a, b     ends of a segment in its host cell;  D_i = N_i(b) - N_i(a)
-///   d = sum_i D_i x_i,  l = |d|,  eps = (l - L) / L,  sigma by the steel law
-///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to x_i (internal force, resists motion)
+///   d = d_0 + sum_i D_i u_i,  l = |d|,  eps = (l - L) / L,  sigma by the steel law
+///   f_i = A sigma (d / l) D_i       the gradient of A L psi(eps) with respect to u_i (internal force, resists motion)
 ///
 /// symbol   meaning                                                        unit    shape
-/// x_i      current positions of the host's nodes, VTK order               m       8 x 3
+/// u_i      displacements of the host's nodes, VTK order                   m       8 x 3
+/// d_0      from end to end as placed                                      m       3
 /// xi       reference coordinates in [-1, 1]^3                             -       3
 /// L A      initial length and area of the segment                         m, m^2  1
+///
+/// Nodal vectors have four components per node, the fourth is zero: a node is one vector of the processor.
 ///
 /// A bar replaces no concrete: its area is extra stiffness (E_s - E_c is not subtracted), as usual for embedded trusses.
 #pragma once
@@ -65,23 +68,25 @@ class EmbeddedBars {
   EmbeddedBars() = default;
   EmbeddedBars(std::vector<Bar> bars, std::vector<Segment> segments, std::span<const Vec3> reference, std::span<const std::array<int, 8>> hexes);
 
-  /// Adds internal forces (3 per node) for the current positions; h: time since the last call [s], 0 for no rate effect. `next`
-  /// may be `old`. Only the segments `which` (null: all) carry something, the states of others are left alone; those in cells not in `counted`
-  /// (null: all) carry force, but do not enter the sums.
+  /// Adds internal forces at displacement u; h: time since the last call [s], 0 for no rate effect. Segments that leave the elastic range are appended to `changed`, in
+  /// ascending order, and only their `next` is written; `next` may be `old`. Only the segments `which` (null: all) carry something, the states of others
+  /// are left alone; those in cells not in `counted` (null: all) carry force, but do not enter the sums.
   /// `slip_strain` (empty: perfect bond) is added to the strain of the host; strains in and out are the bar's own.
-  Sums forces(std::span<const Vec3> current, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
-              std::span<material::Steel::State> next, std::span<double> next_strain, double* force, const std::vector<int>* which = nullptr,
+  Sums forces(const double* u, double h, std::span<const material::Steel::State> old, std::span<const double> old_strain,
+              std::span<material::Steel::State> next, std::span<double> next_strain, std::vector<int>& changed, double* force, const std::vector<int>* which = nullptr,
               std::span<const double> slip_strain = {}, const char* counted = nullptr) const;
   /// Strain of the concrete along every segment.
-  void host_strains(std::span<const Vec3> current, std::vector<double>& strain) const;
+  void host_strains(const double* u, std::vector<double>& strain) const;
 
   /// Strain, stress and force of one segment now (force: what its end must be pulled with), its state left as it is.
   struct Pull { double strain = 0, stress = 0; Vec3 force = Vec3::Zero(); };
-  Pull pull(std::size_t segment, std::span<const Vec3> current, const material::Steel::State& state, double slip_strain) const;
+  Pull pull(std::size_t segment, const double* u, const material::Steel::State& state, double slip_strain) const;
   const material::Steel& law(int bar) const { return laws_[static_cast<std::size_t>(bar)]; }
   /// Its two ends now.
-  std::pair<Vec3, Vec3> ends(std::size_t segment, std::span<const Vec3> current) const;
-  /// Adds the nodal forces of a segment so pulled (3 per node).
+  std::pair<Vec3, Vec3> ends(std::size_t segment, const double* u) const;
+  /// From end to end as placed, d_0.
+  const Vec3& along(std::size_t segment) const { return along_[segment]; }
+  /// Adds the nodal forces of a segment so pulled.
   void add_pull(std::size_t segment, const Vec3& pull, double* force) const;
 
   const std::vector<Bar>& bars() const { return bars_; }
@@ -97,14 +102,17 @@ class EmbeddedBars {
   std::vector<Bar> bars_;
   std::vector<Segment> segments_;
   std::vector<std::array<int, 8>> nodes_;  // of each segment's host
+  std::vector<Vec3> start_, along_;        // each segment's first end as placed, and d_0
   /// What forces need of a segment, beside each other: they are bound by memory.
   struct Compact {
+    std::array<double, 4> along;           // d_0
     std::array<double, 8> delta;           // D_i
     std::array<int, 8> node;
     double length, area;
     int bar, cell;
   };
   std::vector<Compact> compact_;
+  Vec3 span_now(std::size_t segment, const double* u) const;
   std::vector<material::Steel> laws_;      // of each bar
 };
 

@@ -209,6 +209,14 @@ TEST(Embed, BarsOutsideAreNamed) {
   }
 }
 
+/// From the nodes of the mesh to these places, four components a node.
+std::vector<double> displacement(const Mesh& m, const std::vector<Vec3>& at) {
+  std::vector<double> u(4 * at.size(), 0.0);
+  for (std::size_t i = 0; i < at.size(); ++i)
+    for (int c = 0; c < 3; ++c) u[4 * i + static_cast<std::size_t>(c)] = at[i][c] - m.nodes[i][c];
+  return u;
+}
+
 TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
   const Mesh m = box(2, 2, 3, {1, 1, 2}, 0.05);
   std::vector<Bar> bars{straight({0.1, 0.15, 0.1}, {0.93, 0.7, 1.9}), straight({0.2, 0.8, 0.05}, {0.7, 0.3, 1.7}, "B")};
@@ -219,9 +227,11 @@ TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += 5e-4 * Vec3(std::sin(1.0 * i), std::cos(2.0 * i), std::sin(3.0 * i));
   const auto run = [&](const std::vector<Vec3>& at, std::vector<double>* force) {
     auto state = embedded.initial_states();
-    std::vector<double> strain(n, 0.0), f(3 * at.size(), 0.0);
-    const auto sums = embedded.forces(at, 0, state, strain, state, strain, f.data());
+    std::vector<double> strain(n, 0.0), f(4 * at.size(), 0.0);
+    std::vector<int> changed;
+    const auto sums = embedded.forces(displacement(m, at).data(), 0, state, strain, state, strain, changed, f.data());
     EXPECT_EQ(sums.yielding, 0);
+    EXPECT_TRUE(changed.empty());
     if (force) *force = f;
     return sums.energy;
   };
@@ -230,7 +240,7 @@ TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
   Vec3 total = Vec3::Zero(), moment = Vec3::Zero();
   double scale = 0;
   for (std::size_t i = 0; i < x.size(); ++i) {
-    const Vec3 f(force[3 * i], force[3 * i + 1], force[3 * i + 2]);
+    const Vec3 f(force[4 * i], force[4 * i + 1], force[4 * i + 2]);
     total += f;
     moment += x[i].cross(f);
     scale = std::max(scale, f.norm());
@@ -255,16 +265,19 @@ TEST(EmbeddedBars, UniformStretchYieldsAndMassIsComplete) {
   const std::vector<Bar> bars{straight({0.1, 0.1, 0}, {0.1, 0.1, 2})};
   const EmbeddedBars embedded(bars, embed(bars, host_search(m.nodes, m.hexes)), m.nodes, m.hexes);
   auto state = embedded.initial_states();
-  std::vector<double> strain(state.size(), 0.0), force(3 * m.nodes.size(), 0.0);
+  std::vector<double> strain(state.size(), 0.0), force(4 * m.nodes.size(), 0.0);
+  std::vector<int> changed;
   std::vector<Vec3> x = m.nodes;
   for (Vec3& p : x) p.z() *= 1.001;
-  embedded.forces(x, 0, state, strain, state, strain, force.data());
+  embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data());
   double top = 0;
   for (std::size_t i = 0; i < x.size(); ++i)
-    if (m.nodes[i].z() == 2) top += force[3 * i + 2];
+    if (m.nodes[i].z() == 2) top += force[4 * i + 2];
   EXPECT_NEAR(top, 200e9 * 0.001 * bars[0].area(), 1);
   for (Vec3& p : x) p.z() *= 1.01;
-  EXPECT_EQ(embedded.forces(x, 0, state, strain, state, strain, force.data()).yielding, 4);
+  EXPECT_TRUE(changed.empty());
+  EXPECT_EQ(embedded.forces(displacement(m, x).data(), 0, state, strain, state, strain, changed, force.data()).yielding, 4);
+  EXPECT_EQ(changed, (std::vector<int>{0, 1, 2, 3}));
   std::vector<double> mass(m.nodes.size(), 0.0);
   embedded.add_mass(7850, mass);
   double sum = 0;
