@@ -30,7 +30,7 @@ runs=$(mktemp) && judgements=$(mktemp) || exit 1
 trap 'rm -f "$runs" "$judgements"' EXIT
 
 # run NAME SCENE [options]: one of the runs to be made (no blanks in any)
-run() { echo "$* $threads" >> "$runs"; }
+run() { echo "$*${threads:+ $threads}" >> "$runs"; }   # a blank at the end would join two lines
 
 # judge CASE PROGRAM [arguments]: once all have run, evaluates into CASE.json and compares
 judge() { echo "$*" >> "$judgements"; }
