@@ -88,7 +88,7 @@ def plot(points, path):
     figure, axes = plt.subplots(2, 3, figsize=(13, 8))
     series = {"SS": "Saatci and Vecchio", "A24": "A24", "A36": "A36", "B36": "B36", "B48": "B48"}
     overview = axes[0, 0]
-    measured = np.array([1.0, 200.0])
+    measured = np.array([1.0, 300.0])
     overview.plot(measured, measured, color="#555", lw=0.9)
     overview.fill_between(measured, measured / 1.5, 1.5 * measured, color="#bbb", alpha=0.35, lw=0, label="within 1.5")
     for (prefix, title), axis, colour in zip(series.items(), axes.flat[1:], ("#2a6fb5", "#c8553d", "#588157", "#7b4fa3", "#b8860b")):
@@ -105,7 +105,7 @@ def plot(points, path):
         axis.set(xlabel="time [ms]", ylabel="deflection of midspan [mm]", title=f"{title}: measured peak dashed, residual dotted")
         axis.title.set_fontsize(10)
         axis.legend(fontsize=8)
-    overview.set(xscale="log", yscale="log", xlim=(5, 200), ylim=(5, 200), xlabel="measured peak [mm]", ylabel="computed peak [mm]", title="Peak deflection")
+    overview.set(xscale="log", yscale="log", xlim=(5, 300), ylim=(5, 300), xlabel="measured peak [mm]", ylabel="computed peak [mm]", title="Peak deflection")
     overview.title.set_fontsize(10)
     overview.legend(fontsize=8, loc="upper left")
     figure.tight_layout()

@@ -31,7 +31,6 @@ Steel::Steel(const Parameters& p) : p_(p) {
 Steel::Result Steel::operator()(double strain, double rate, const State& before, State& next) const {
   const State old = before;  // next may be the same object
   const double e = p_.young;
-  const auto stored = [&](double stress, double back) { return 0.5 * stress * stress / e + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0); };
   next = old;
   Result r;
   if (old.broken > 0) return r;

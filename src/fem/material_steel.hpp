@@ -55,11 +55,12 @@ class Steel {
   bool elastic(double strain, const State& old, double& stress, double& energy) const {
     const double e = p_.young;
     stress = p_.prestress + e * (strain - old.plastic);
-    energy = 0.5 * stress * stress / e + (kinematic_ > 0 ? 0.5 * old.back_stress * old.back_stress / kinematic_ : 0.0);
+    energy = stored(stress, old.back_stress);
     return old.broken == 0 && std::abs(stress - old.back_stress) <= (old.yield == 0 ? p_.yield : old.yield) + isotropic_ * old.accumulated && strain + p_.prestress / e <= p_.fracture_strain;
   }
 
  private:
+  double stored(double stress, double back) const { return 0.5 * stress * stress / p_.young + (kinematic_ > 0 ? 0.5 * back * back / kinematic_ : 0.0); }
   Parameters p_;
   double hardening_ = 0, kinematic_ = 0, isotropic_ = 0;
 };

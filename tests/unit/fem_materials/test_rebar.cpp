@@ -260,6 +260,23 @@ TEST(EmbeddedBars, ForceIsTheGradientOfTheEnergyAndBalances) {
   EXPECT_NEAR(run(turned, nullptr) / run(m.nodes, nullptr), 1, 1e-9);
 }
 
+TEST(EmbeddedBars, WhatIsNotDeformedHasNoStrainToTheLastBit) {
+  const Mesh m = box(2, 2, 2, {1, 1, 1}, 0.05);
+  std::vector<Bar> bars;
+  for (int i = 0; i < 200; ++i)
+    bars.push_back(straight({0.5 + 0.3 * std::sin(1.0 * i), 0.5 + 0.3 * std::cos(2.0 * i), 0.2 + 0.1 * std::sin(3.0 * i)}, {0.5 + 0.3 * std::cos(5.0 * i), 0.5 + 0.3 * std::sin(7.0 * i), 0.8 + 0.1 * std::cos(11.0 * i)}));
+  const EmbeddedBars embedded(bars, embed(bars, host_search(m.nodes, m.hexes)), m.nodes, m.hexes);
+  auto state = embedded.initial_states();
+  const std::vector<double> still(4 * m.nodes.size(), 0.0);
+  std::vector<double> strain(state.size(), 0.0), host, force(still);
+  std::vector<int> changed;
+  const auto sums = embedded.forces(still.data(), 0, state, strain, state, strain, changed, force.data());
+  EXPECT_EQ(sums.largest_strain, 0);
+  EXPECT_EQ(force, still);
+  embedded.host_strains(still.data(), host);
+  EXPECT_EQ(host, std::vector<double>(state.size(), 0.0));
+}
+
 TEST(EmbeddedBars, UniformStretchYieldsAndMassIsComplete) {
   const Mesh m = box(1, 1, 4, {0.4, 0.4, 2}, 0);
   const std::vector<Bar> bars{straight({0.1, 0.1, 0}, {0.1, 0.1, 2})};
