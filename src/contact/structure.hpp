@@ -119,6 +119,28 @@ struct MemberState {
   int bars_yielded = 0, bars_broken = 0;
 };
 
+/// Greatest value so far, when, and for a member at which station [s], [m].
+struct LoadPeak { double value = 0, time = 0, station = 0; };
+
+/// A member's greatest loads so far, each of means over `load_window`; drift and crack width as they were.
+struct MemberPeaks {
+  LoadPeak shear, moment;                        // sizes of V and M [N], [N m]
+  LoadPeak use_design, use_mean;                 // V_dyn / V_Rd, sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2)
+  double axial_least = 0, axial_largest = 0;     // compression positive [N]
+  double drift = 0, crack_width = 0;             // [m]
+};
+
+/// What a structure had to carry so far, found in every step that it made and independent of how often histories are written. Reactions are
+/// those beyond the ones under permanent load at the start.
+struct LoadPeaks {
+  LoadPeak force, shear, moment;                 // size of the base force, of its horizontal part, of the base moment [N], [N], [N m]
+  std::vector<MemberPeaks> members;              // as members()
+};
+
+/// A force of a single sub-step is set by that step where something hard meets a node that is held; what a section or a foundation has to
+/// carry is the impulse over a window: a running mean, without overshoot, 3 dB down at 0.443 / window = 295 Hz [s].
+inline constexpr double load_window = 1.5e-3;
+
 /// Push-down of one member: axial load against displacement of its top.
 struct PushDown {
   std::string member;
@@ -186,6 +208,7 @@ class Structure {
   virtual double spalled_volume() const = 0;              // eroded or come off as fragments [m^3]
   virtual const std::vector<Member>& members() const = 0; // empty for a mesh and for free bodies
   virtual std::vector<MemberState> member_states() const = 0;
+  virtual LoadPeaks load_peaks() const = 0;
   /// Presses every member between rigid plates, in displacement control, from the present state, which is kept; slow enough that
   /// inertia carries below 2 %. Throws InputError if there is no member.
   virtual std::vector<PushDown> push_down() const = 0;

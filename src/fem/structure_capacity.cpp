@@ -102,6 +102,7 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place) cons
   std::vector<double> state;
   save(state);
   copy->restore(state);
+  copy->load_track_.clear();   // nobody asks what it carries on the way
   std::vector<char> inside(mesh_.hexes.size(), 0);
   for (int cell : place.cells) inside[cell] = 1;
   for (int cell = 0; cell < static_cast<int>(inside.size()); ++cell)

@@ -366,6 +366,7 @@ bool FemStructure::correct_condensed(double t, double h, std::span<const NodeImp
   moved();
   forces(t + h);
   if (!at_ease(h)) return false;
+  watch_loads(t + h, h);
 
   double gained = 0, kinetic = 0, damping = 0, external = 0, whole = 0, contact = 0;
   for (std::size_t node = 0; node < mass_.size(); ++node) {

@@ -28,6 +28,7 @@
 #include "fem/element_operator.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/linear_system.hpp"
+#include "fem/load_track.hpp"
 #include "fem/members.hpp"
 #include "fem/partition.hpp"
 #include "fem/setup.hpp"
@@ -98,6 +99,7 @@ class FemStructure : public Structure {
   double spalled_volume() const override { return eroded_volume_ + detached_volume_; }
   const std::vector<Member>& members() const override { return members_; }
   std::vector<MemberState> member_states() const override;
+  LoadPeaks load_peaks() const override { return load_track_.peaks(); }
   std::vector<PushDown> push_down() const override;
   std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
@@ -211,8 +213,11 @@ class FemStructure : public Structure {
   std::vector<std::vector<int>> loose_pieces() const;
   // structure_output.cpp
   void rebuild_skin();
+  Vec6 support_reaction(double step) const;   // force and moment on the supports by forces() as they stand, contact impulses over `step` among them; 0: without
   // structure_members.cpp
   void set_members();
+  void begin_loads();
+  void watch_loads(double t, double h);   // of the step that has come to t, its impulses in place
   MemberState member_state(std::size_t member, AlignedVector& force) const;
   // structure_capacity.cpp
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
@@ -277,6 +282,7 @@ class FemStructure : public Structure {
   AlignedVector contact_impulse_;    // on held nodes during the last step [N s]
   double contact_step_ = 0;
   StructureEnergy books_;            // the cumulative works
+  LoadTrack load_track_;
   std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;           // elastic energy at the half step
   double reference_kinetic_ = 0;

@@ -60,6 +60,20 @@ std::vector<MemberState> FemStructure::member_states() const {
   return member_states_;
 }
 
+/// What it carries now is what it carries for good.
+void FemStructure::begin_loads() {
+  if (supports_.nodes.empty()) return;
+  forces(time_);
+  load_track_.begin(support_reaction(0), members_, member_states());
+}
+
+void FemStructure::watch_loads(double t, double h) {
+  if (!load_track_.begun()) return;
+  load_track_.react(t, h, support_reaction(h));
+  if (load_track_.due(h)) load_track_.sample(t, h, members_, member_states());
+  else load_track_.pass(h);
+}
+
 /// `force` is zero on entry and on return.
 MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) const {
   MemberPlace& m = member_places_[k];

@@ -144,22 +144,26 @@ Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, co
 }
 }  // namespace
 
+Vec6 FemStructure::support_reaction(double step) const {
+  Vec6 total = Vec6::Zero();
+  for (int n : supports_.nodes) {
+    if (!own_node(n)) continue;
+    const Vec3 f = on_support(f_ext_, f_int_, contact_impulse_, step, n, supports_.held[n]);
+    total.head<3>() += f;
+    total.tail<3>() += (position(n) - supports_.centroid).cross(f);
+  }
+  sum({total.data(), 6});
+  return total;
+}
+
 Vec3 FemStructure::base_force() const {
   const_cast<FemStructure*>(this)->forces(time_);
-  Vec3 total = Vec3::Zero();
-  for (int n : supports_.nodes)
-    if (own_node(n)) total += on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]);
-  sum({total.data(), 3});
-  return total;
+  return support_reaction(contact_step_).head<3>();
 }
 
 Vec3 FemStructure::base_moment() const {
   const_cast<FemStructure*>(this)->forces(time_);
-  Vec3 total = Vec3::Zero();
-  for (int n : supports_.nodes)
-    if (own_node(n)) total += (position(n) - supports_.centroid).cross(on_support(f_ext_, f_int_, contact_impulse_, contact_step_, n, supports_.held[n]));
-  sum({total.data(), 3});
-  return total;
+  return support_reaction(contact_step_).tail<3>();
 }
 
 std::vector<Vec3> FemStructure::probe_displacements() const {
@@ -239,6 +243,7 @@ void FemStructure::save(std::vector<double>& state) const {
   }
   state.push_back(frames_.empty() ? 0 : 1);
   for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
+  load_track_.save(state);
 }
 
 void FemStructure::restore(std::span<const double> state) {
@@ -295,6 +300,8 @@ void FemStructure::restore(std::span<const double> state) {
   for (Mat3& t : frames)
     for (int i = 0; i < 9; ++i) t.data()[i] = next();
   if (frames != frames_) set_frames(std::move(frames));
+  const bool loads_known = at < state.size();
+  if (loads_known) at += load_track_.restore(state.subspan(at));
   if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   struck_.clear();
   for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -303,6 +310,7 @@ void FemStructure::restore(std::span<const double> state) {
   skin_shared_ = motion_shared_ = bars_shared_ = true;
   damage_shared_ = !partition_;
   moved();
+  if (!loads_known) begin_loads();
 }
 
 void FemStructure::start_over() {
@@ -314,6 +322,7 @@ void FemStructure::start_over() {
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
   struck_.clear();
   moved();
+  begin_loads();
 }
 
 Structure::Snapshot FemStructure::snapshot() const {

@@ -87,6 +87,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   set_members();
   divide();
   moved();
+  begin_loads();
 }
 
 FemStructure::~FemStructure() = default;

@@ -133,6 +133,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       v_hat_[i] += inverse_mass_[i] * p.impulse[c];
     }
   }
+  watch_loads(t + h, h);   // by the forces of this step, before the displacements move on
   // This rank's part of the works, then of all.
   double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);
   for (const NodeImpulse& p : impulses) {

@@ -1,6 +1,5 @@
 #include "io/member_track.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -8,28 +7,11 @@ namespace talus::io {
 
 using json = nlohmann::ordered_json;
 
-void MemberTrack::add(double time, const MemberState& s) {
-  const bool first = time_.empty();
-  if (first) {
-    first_drift_ = s.drift;
-    if (!s.axial.empty()) least_axial_ = largest_axial_ = s.axial.front();
-  }
-  const auto keep = [&](Peak& peak, double value, std::size_t station) {
-    if (value > peak.value) peak = {value, time, member_.stations[station]};
-  };
-  const std::size_t stations = std::min({s.axial.size(), s.shear.size(), s.moment.size(), member_.stations.size()});   // a journal's row may hold less
-  for (std::size_t k = 0; k < stations; ++k) {
-    least_axial_ = std::min(least_axial_, s.axial[k]), largest_axial_ = std::max(largest_axial_, s.axial[k]);
-    keep(shear_, std::hypot(s.shear[k][0], s.shear[k][1]), k);
-    keep(moment_, std::hypot(s.moment[k][0], s.moment[k][1]), k);
-    const auto use = [&](const std::array<double, 2>& r) { return r[0] > 0 && r[1] > 0 ? std::hypot(s.shear[k][0] / r[0], s.shear[k][1] / r[1]) : 0.0; };
-    keep(design_, use(member_.shear_design), k);
-    keep(mean_, use(member_.shear_mean), k);
-  }
+void MemberTrack::add(double time, const MemberState& s, const MemberPeaks& peaks) {
+  if (time_.empty()) first_drift_ = s.drift;
   time_.push_back(time);
   drift_.push_back({s.drift[0] - first_drift_[0], s.drift[1] - first_drift_[1]});
-  peak_drift_ = std::max(peak_drift_, std::hypot(drift_.back()[0], drift_.back()[1]));
-  crack_width_ = std::max(crack_width_, s.crack_width);
+  peaks_ = peaks;
   last_ = s;
 }
 
@@ -48,33 +30,33 @@ int MemberTrack::damage_class() const {
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
   if (share > 0.1 || residual > 0.05) return 4;
-  if (last_.bars_broken > 0 || share > 0.01 || residual > 0.01 || mean_.value > 1) return 3;
-  if (last_.bars_yielded > 0 || crack_width_ > 0.4e-3 || design_.value > 1) return 2;
-  return crack_width_ > 0.1e-3 ? 1 : 0;
+  if (last_.bars_broken > 0 || share > 0.01 || residual > 0.01 || peaks_.use_mean.value > 1) return 3;
+  if (last_.bars_yielded > 0 || peaks_.crack_width > 0.4e-3 || peaks_.use_design.value > 1) return 2;
+  return peaks_.crack_width > 0.1e-3 ? 1 : 0;
 }
 
 json MemberTrack::summary() const {
   static const char* names[] = {"none", "slight", "moderate", "severe", "lost"};
   const auto pair = [](const std::array<double, 2>& v) { return json::array({v[0], v[1]}); };
-  const auto peak = [](const Peak& p) { return json{{"value", p.value}, {"time", p.time}, {"station", p.station}}; };
+  const auto peak = [](const LoadPeak& p) { return json{{"value", p.value}, {"time", p.time}, {"station", p.station}}; };
   const bool concrete = member_.shear_design[0] > 0;
   const std::array<double, 2> residual = residual_drift();
   const int grade = damage_class();   // of concrete: what is elastic alone cannot be damaged, which is no finding
   return {{"name", member_.name},
           {"length", member_.length},
           {"axial_preload", member_.axial_preload},
-          {"axial_least", least_axial_},
-          {"axial_largest", largest_axial_},
-          {"peak_shear", peak(shear_)},
-          {"peak_moment", peak(moment_)},
+          {"axial_least", peaks_.axial_least},
+          {"axial_largest", peaks_.axial_largest},
+          {"peak_shear", peak(peaks_.shear)},
+          {"peak_moment", peak(peaks_.moment)},
           {"shear_resistance_design", concrete ? pair(member_.shear_design) : json()},
           {"shear_resistance_mean", concrete ? pair(member_.shear_mean) : json()},
-          {"shear_utilisation_design", concrete ? peak(design_) : json()},
-          {"shear_utilisation_mean", concrete ? peak(mean_) : json()},
-          {"peak_drift", peak_drift_},
+          {"shear_utilisation_design", concrete ? peak(peaks_.use_design) : json()},
+          {"shear_utilisation_mean", concrete ? peak(peaks_.use_mean) : json()},
+          {"peak_drift", peaks_.drift},
           {"residual_drift", pair(residual)},
           {"residual_drift_ratio", std::hypot(residual[0], residual[1]) / member_.length},
-          {"crack_width_peak", crack_width_},
+          {"crack_width_peak", peaks_.crack_width},
           {"crack_width_end", last_.crack_width},
           {"bars_yielded", last_.bars_yielded},
           {"bars_broken", last_.bars_broken},

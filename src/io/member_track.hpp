@@ -1,6 +1,6 @@
 /// What summary.json says of one member (pier, column) of a structure.
 ///
-///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2)
+///   V_dyn / V_Rd = max over time and stations of sqrt((V_x / V_Rd,x)^2 + (V_y / V_Rd,y)^2), V the mean over load_window of every step
 ///   residual drift = mean over the last tenth of the run, without the drift under permanent load
 ///
 /// Damage class, our own, by what an inspection would find (the first that holds, from the top):
@@ -19,17 +19,16 @@ namespace talus::io {
 class MemberTrack {
  public:
   explicit MemberTrack(const Member& member) : member_(member) {}
-  void add(double time, const MemberState& state);
+  /// A history row: the state then, and the greatest loads up to it.
+  void add(double time, const MemberState& state, const MemberPeaks& peaks);
   nlohmann::ordered_json summary() const;
 
  private:
-  struct Peak { double value = 0, time = 0, station = 0; };
   int damage_class() const;
   std::array<double, 2> residual_drift() const;
 
   Member member_;
-  Peak shear_, moment_, design_, mean_;
-  double least_axial_ = 0, largest_axial_ = 0, peak_drift_ = 0, crack_width_ = 0;
+  MemberPeaks peaks_;
   MemberState last_;
   std::vector<double> time_;
   std::vector<std::array<double, 2>> drift_;   // without that of the first row

@@ -32,6 +32,13 @@ void member_state_fields(auto& m, auto&& f) {
   f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded), f(m.bars_broken);
 }
 
+void load_peak_fields(auto& p, auto&& f) { f(p.value), f(p.time), f(p.station); }
+
+void member_peak_fields(auto& m, auto&& f) {
+  for (auto* p : {&m.shear, &m.moment, &m.use_design, &m.use_mean}) load_peak_fields(*p, f);
+  f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
+}
+
 void contact_fields(auto& c, auto&& f) { f(c.time), f(c.dt), f(c.block), f(c.structure), f(c.point), f(c.force), f(c.normal), f(c.area); }
 
 void ledger_fields(auto& l, auto&& f) {
@@ -41,6 +48,7 @@ void ledger_fields(auto& l, auto&& f) {
 
 void structure_row_fields(auto& s, auto&& f) {
   f(s.base_force), f(s.base_moment), f(s.probe_displacement), f(s.damage_max), f(s.damaged_volume), f(s.spalled_volume);
+  for (auto* p : {&s.peaks.force, &s.peaks.shear, &s.peaks.moment}) load_peak_fields(*p, f);
 }
 
 void mesh_fields(auto& s, auto&& f) { f(s.nodes), f(s.hexes), f(s.bars); }
@@ -214,6 +222,7 @@ std::string RecordCodec::encode(const HistoryRow& row) {
   put_list(w, row.structures, [&](const HistoryRow::StructureRow& s) {
     structure_row_fields(s, put);
     put_list(w, s.members, [&](const MemberState& m) { member_state_fields(m, put); });
+    put_list(w, s.peaks.members, [&](const MemberPeaks& m) { member_peak_fields(m, put); });
   });
   ledger_fields(row.ledger, put);
   return w.bytes();
@@ -242,6 +251,7 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
   get_list(r, row.structures, [&](HistoryRow::StructureRow& s) {
     structure_row_fields(s, get);
     get_list(r, s.members, [&](MemberState& m) { member_state_fields(m, get); });
+    get_list(r, s.peaks.members, [&](MemberPeaks& m) { member_peak_fields(m, get); });
   });
   ledger_fields(row.ledger, get);
   return row;

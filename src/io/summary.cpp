@@ -123,16 +123,11 @@ void SummaryBuilder::add_structure(std::size_t i, const HistoryRow& row) {
     s.lost_before = r.spalled_volume;
   }
   if (s.first_loss < 0 && r.spalled_volume > s.lost_before) s.first_loss = row.time;
-  // What the impact adds: the preload's reactions are not counted.
-  const double shear = horizontal(r.base_force - s.first_force), moment = (r.base_moment - s.first_moment).norm();
-  const double reaction = (r.base_force - s.first_force).norm();
-  if (reaction > s.peak_reaction) s.peak_reaction = reaction, s.peak_reaction_time = row.time;
-  if (shear > s.peak_shear) s.peak_shear = shear, s.peak_shear_time = row.time;
-  if (moment > s.peak_moment) s.peak_moment = moment, s.peak_moment_time = row.time;
+  s.loads = r.peaks;
   s.damage = std::max(s.damage, r.damage_max);
   s.damaged_volume = std::max(s.damaged_volume, r.damaged_volume);
   s.spalled_volume = std::max(s.spalled_volume, r.spalled_volume);
-  for (std::size_t k = 0; k < r.members.size() && k < s.members.size(); ++k) s.members[k].add(row.time, r.members[k]);
+  for (std::size_t k = 0; k < std::min({r.members.size(), r.peaks.members.size(), s.members.size()}); ++k) s.members[k].add(row.time, r.members[k], r.peaks.members[k]);
   for (std::size_t k = 0; k < r.probe_displacement.size() && k < s.probes.size(); ++k) {
     const double d = r.probe_displacement[k].norm();
     if (d > s.probes[k].peak) s.probes[k].peak = d, s.probes[k].peak_time = row.time;
@@ -307,7 +302,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
                                 engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff, engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));
   } else if (info.loaded) {
     const auto most = std::max_element(s.probes.begin(), s.probes.end(), [](const ProbeTrack& a, const ProbeTrack& b) { return a.peak < b.peak; });
-    lines.push_back(fmt::format("{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name, engineering(s.peak_reaction, "N"), s.peak_reaction_time,
+    lines.push_back(fmt::format("{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name, engineering(s.loads.force.value, "N"), s.loads.force.time,
                                 most == s.probes.end() ? std::string()
                                                        : fmt::format("; {} moved {} at most", info.probes[static_cast<std::size_t>(most - s.probes.begin())], engineering(most->peak, "m"))));
     if (!blocks_.empty()) lines.push_back(fmt::format("No block struck {}.", info.name));

@@ -73,7 +73,8 @@ class SummaryBuilder {
   struct LastGround { BlockTrack there; double height = 0; };   // of a block while it was over the terrain
   struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
   struct StructureTrack {
-    double peak_reaction = 0, peak_reaction_time = 0, peak_shear = 0, peak_shear_time = 0, peak_moment = 0, peak_moment_time = 0, damage = 0, damaged_volume = 0, spalled_volume = 0;
+    double damage = 0, damaged_volume = 0, spalled_volume = 0;
+    LoadPeaks loads;             // as of the last row
     double peak_force = 0, peak_force_time = 0;
     Vec3 first_force = Vec3::Zero(), first_moment = Vec3::Zero(), impulse = Vec3::Zero();
     bool seen = false;

@@ -62,7 +62,7 @@ struct HistoryRow {
   std::vector<Eigen::Vector4d> orientation;     // w, x, y, z
   std::vector<Vec6> strain;
   std::vector<double> kinetic_translational, kinetic_rotational;
-  struct StructureRow { Vec3 base_force, base_moment; std::vector<Vec3> probe_displacement; double damage_max = 0, damaged_volume = 0, spalled_volume = 0; std::vector<MemberState> members; };
+  struct StructureRow { Vec3 base_force, base_moment; std::vector<Vec3> probe_displacement; double damage_max = 0, damaged_volume = 0, spalled_volume = 0; std::vector<MemberState> members; LoadPeaks peaks; };
   std::vector<StructureRow> structures;
   LedgerRow ledger;
 };

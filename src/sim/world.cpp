@@ -182,7 +182,10 @@ HistoryRow World::row() {
     q.damage_max = part.structure->damage_max();
     q.damaged_volume = part.structure->damaged_volume();
     q.spalled_volume = part.structure->spalled_volume();
-    if (!part.fixed_surface) q.members = part.structure->member_states();
+    if (!part.fixed_surface) {
+      q.members = part.structure->member_states();
+      q.peaks = part.structure->load_peaks();
+    }
     r.structures.push_back(std::move(q));
   }
   r.ledger = ledger();

@@ -1,0 +1,52 @@
+/// What a structure had to carry so far: greatest base reactions and member forces of means over `load_window`, from every step that it makes.
+///
+///   R(t) = mean of (r - r_0),      V(t), M(t), N(t) = means of the section forces,      peak = max over t (and stations) of their sizes
+///
+/// Reactions are taken in every step, where they are at hand. Section forces cost as much as their layers of cells: a sample every `member_bin`
+/// stands for the time since the one before.
+///
+/// symbol   meaning                                              unit        shape
+/// r        what the structure presses on its supports           N, N m      6: force, moment
+/// r_0      the same under permanent load, at the start          N, N m      6
+#pragma once
+#include <span>
+#include <vector>
+
+#include "contact/structure.hpp"
+#include "fem/running_mean.hpp"
+
+namespace talus::fem {
+
+class LoadTrack {
+ public:
+  bool begun() const { return reactions_.begun(); }
+  /// Nothing has moved yet.
+  void begin(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states);
+  /// The reaction over a step of `duration` that ends at t [s].
+  void react(double t, double duration, const Vec6& reaction);
+  /// Whether so much time has passed since the last sample of the members, this step included, that another is due.
+  bool due(double duration, double spacing = member_bin) const { return since_ + duration >= spacing * (1 - 1e-9); }
+  /// A step passes without one;
+  void pass(double duration) { since_ += duration; }
+  /// and without a reaction.
+  void pass_unheard(double duration) { since_ += duration, unheard_ += duration; }
+  /// The members at the end of a step of `duration`, at t [s].
+  void sample(double t, double duration, std::span<const Member> members, std::span<const MemberState> states);
+  const LoadPeaks& peaks() const { return peaks_; }
+  void clear();
+  void save(std::vector<double>& state) const;
+  /// Numbers read.
+  std::size_t restore(std::span<const double> state);
+
+ private:
+  static constexpr double reaction_bin = 1e-4, member_bin = 2.5e-4;   // [s]
+  void judge(double t, std::size_t member, const Member& shape, std::span<const double> forces);
+
+  Vec6 at_start_ = Vec6::Zero();
+  RunningMean reactions_{load_window, reaction_bin}, forces_{load_window, member_bin};   // of the members, station by station: N, V_x, V_y, M_x, M_y
+  double since_ = 0, unheard_ = 0;   // the last sample; the last reaction [s]
+  std::vector<std::array<double, 2>> first_drift_;   // under permanent load [m]
+  LoadPeaks peaks_;
+};
+
+}  // namespace talus::fem

@@ -1,0 +1,144 @@
+// Greatest loads by means over a window: closed forms of the mean, and what a structure tells whatever asks it and however often.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+
+#include "fem/load_track.hpp"
+#include "fem/running_mean.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using namespace talus::fem::test;
+
+namespace {
+
+double mean_of(const RunningMean& m) { return m.mean()[0]; }
+bool add(RunningMean& m, double duration, double value) { return m.add(duration, std::array{value}); }
+
+}  // namespace
+
+TEST(RunningMean, AStepArrivesAsARampWhateverTheStepsAre) {
+  for (const double step : {1e-5, 3.7e-5, 1e-4, 2.9e-4}) {
+    RunningMean mean(1.5e-3, 1e-4);
+    mean.begin(std::array{2.0});
+    double t = 0;
+    while (t < 4e-3) {
+      t += step;
+      if (!add(mean, step, 5.0)) continue;
+      EXPECT_NEAR(mean_of(mean), 2 + 3 * std::min(t / 1.5e-3, 1.0), 1e-9) << step << ' ' << t;
+    }
+    EXPECT_NEAR(mean_of(mean), 5, 1e-12);
+  }
+}
+
+TEST(RunningMean, AStepLongerThanTheWindowStandsAlone) {
+  RunningMean mean(1.5e-3, 1e-4);
+  mean.begin(std::array{1.0});
+  ASSERT_TRUE(add(mean, 1e-2, 7));
+  EXPECT_NEAR(mean_of(mean), 7, 1e-12);
+  ASSERT_TRUE(add(mean, 5e-4, 1));
+  EXPECT_NEAR(mean_of(mean), (7 * 1.0 + 1 * 0.5) / 1.5, 1e-12);
+}
+
+TEST(RunningMean, GoesOnFromWhatWasSavedToTheSameBits) {
+  RunningMean one(1.5e-3, 1e-4), other(1.5e-3, 1e-4);
+  one.begin(std::array{0.3});
+  for (int k = 0; k < 57; ++k) add(one, 3.1e-5, std::sin(k));
+  std::vector<double> state;
+  one.save(state);
+  ASSERT_EQ(other.restore(state), state.size());
+  for (int k = 0; k < 57; ++k) {
+    ASSERT_EQ(add(one, 3.1e-5, std::cos(k)), add(other, 3.1e-5, std::cos(k)));
+    ASSERT_EQ(mean_of(one), mean_of(other));
+  }
+}
+
+// A blow that is over before the window is: its impulse over the window, by steps of any length; what stood there before is no part of it.
+TEST(LoadTrack, AShortBlowIsItsImpulseOverTheWindow) {
+  for (const double step : {1e-5, 6e-5}) {
+    LoadTrack track;
+    Vec6 at_rest = Vec6::Zero(), struck = Vec6::Zero();
+    at_rest[2] = struck[2] = -4e6;
+    struck[0] = 10e6, struck[4] = 30e6;
+    track.begin(at_rest, {}, {});
+    for (int k = 0; k < static_cast<int>(std::lround(6e-3 / step)); ++k) {
+      const double t = (k + 1) * step;
+      track.react(t, step, t > 1.2e-3 * (1 + 1e-9) && t <= 1.5e-3 * (1 + 1e-9) ? struck : at_rest);
+    }
+    const LoadPeaks& p = track.peaks();
+    EXPECT_NEAR(p.shear.value, 10e6 * 3e-4 / load_window, 1e-6 * 10e6) << step;
+    EXPECT_NEAR(p.force.value, p.shear.value, 1) << step;
+    EXPECT_NEAR(p.moment.value, 30e6 * 3e-4 / load_window, 1e-6 * 30e6) << step;
+    EXPECT_NEAR(p.shear.time, 1.5e-3 - load_window / 2, load_window) << step;
+  }
+}
+
+namespace {
+
+/// A pier that a traction strikes for some milliseconds, asked for its motion in pieces of `interval`; its greatest loads.
+LoadPeaks loads_of_a_blow(double interval, const std::string& integrator = "explicit") {
+  StructureSpec s = cantilever(3, 24);
+  s.integrator = integrator;
+  StructureSpec::Load load;
+  load.region = Box3(Vec3(-0.76, -0.5, 5.5), Vec3(-0.74, 0.5, 6.5));
+  load.traction = Vec3(1e6, 0, 0);
+  load.history = {{0, 0}, {0.002, 1}, {0.004, 0}};
+  s.loads.push_back(load);
+  FemStructure pier(s, Vec3(0, 0, -9.81), silent);
+  for (int k = 0; k < static_cast<int>(std::lround(0.06 / interval)); ++k) pier.advance_alone(interval * k, interval);
+  return pier.load_peaks();
+}
+
+}  // namespace
+
+TEST(LoadTrack, GreatestLoadsDoNotHangOnHowOftenTheyAreAskedFor) {
+  const LoadPeaks often = loads_of_a_blow(2e-4), seldom = loads_of_a_blow(2e-2);
+  ASSERT_EQ(often.members.size(), 1u);
+  EXPECT_GT(often.shear.value, 0.2e6);
+  EXPECT_NEAR(seldom.shear.value / often.shear.value, 1, 5e-3);
+  EXPECT_NEAR(seldom.moment.value / often.moment.value, 1, 5e-3);
+  EXPECT_NEAR(seldom.members[0].shear.value / often.members[0].shear.value, 1, 1e-2);
+  EXPECT_NEAR(seldom.members[0].moment.value / often.members[0].moment.value, 1, 1e-2);
+  EXPECT_NEAR(seldom.members[0].drift / often.members[0].drift, 1, 1e-2);
+}
+
+// A load that comes within three periods of the first mode is carried as at rest: V = F, M = F z below it.
+TEST(LoadTrack, ASlowLoadIsItsStatics) {
+  for (const std::string integrator : {"explicit", "implicit", "modal"}) {
+    StructureSpec s = cantilever(3, 24);
+    s.integrator = integrator;
+    StructureSpec::Load load;
+    load.region = Box3(Vec3(-0.76, -0.5, 5.5), Vec3(-0.74, 0.5, 6.5));
+    load.traction = Vec3(1e6, 0, 0);
+    load.history = {{0, 0}, {0.4875, 1}, {1, 1}};   // a whole number of periods of 0.1625 s: it stands still then
+    s.loads.push_back(load);
+    FemStructure pier(s, Vec3(0, 0, -9.81), silent);
+    for (int k = 0; k < 60; ++k) pier.advance_alone(0.01 * k, 0.01);
+    const LoadPeaks p = pier.load_peaks();
+    EXPECT_NEAR(p.shear.value, 1e6, 0.03e6) << integrator;
+    EXPECT_NEAR(p.moment.value, 6e6, 0.18e6) << integrator;
+    EXPECT_NEAR(p.members.at(0).shear.value, 1e6, 0.05e6) << integrator;
+    EXPECT_NEAR(p.members[0].moment.value, 6e6, 0.05 * 6e6) << integrator;
+    EXPECT_LT(p.members[0].moment.station, 0.1) << integrator;
+  }
+}
+
+TEST(LoadTrack, GoesOnFromASavedStateAndStartsOver) {
+  StructureSpec s = cantilever(2, 16);
+  s.initial_velocity = Vec3(1, 0, 0);
+  s.integrator = "explicit";
+  FemStructure one(s, Vec3(0, 0, -9.81), silent), other(s, Vec3(0, 0, -9.81), silent);
+  one.advance_alone(0, 0.003);
+  std::vector<double> state;
+  one.save(state);
+  other.restore(state);
+  one.advance_alone(0.003, 0.01);
+  other.advance_alone(0.003, 0.01);
+  EXPECT_GT(one.load_peaks().shear.value, 0);
+  EXPECT_EQ(one.load_peaks().shear.value, other.load_peaks().shear.value);
+  EXPECT_EQ(one.load_peaks().members.at(0).shear.value, other.load_peaks().members.at(0).shear.value);
+  one.start_over();
+  EXPECT_EQ(one.load_peaks().shear.value, 0);
+}
