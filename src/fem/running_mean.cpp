@@ -1,6 +1,7 @@
 #include "fem/running_mean.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/error.hpp"
 
@@ -20,6 +21,8 @@ void RunningMean::clear() {
   open_ = {};
   mean_.clear();
 }
+
+std::size_t RunningMean::most_bins() const { return static_cast<std::size_t>(std::ceil(window_ / bin_ * (1 - 1e-9))) + 1; }
 
 bool RunningMean::add(double duration, std::span<const double> values) {
   for (std::size_t k = 0; k < values.size(); ++k) open_.integral[k] += duration * values[k];
@@ -54,6 +57,7 @@ void RunningMean::save(std::vector<double>& state) const {
     state.insert(state.end(), bin.integral.begin(), bin.integral.end());
   };
   for (const Bin& bin : bins_) put(bin);
+  for (std::size_t k = bins_.size(); k < most_bins(); ++k) put({0, std::vector<double>(mean_.size(), 0.0)});
   put(open_);
   state.insert(state.end(), mean_.begin(), mean_.end());
 }
@@ -75,7 +79,10 @@ std::size_t RunningMean::restore(std::span<const double> state) {
     for (std::size_t k = 0; k < static_cast<std::size_t>(channels); ++k) bin.integral.push_back(next());
     return bin;
   };
-  for (std::size_t k = 0; k < static_cast<std::size_t>(bins); ++k) bins_.push_back(take());
+  for (std::size_t k = 0; k < most_bins(); ++k) {
+    Bin bin = take();
+    if (k < static_cast<std::size_t>(bins)) bins_.push_back(std::move(bin));
+  }
   open_ = take();
   for (std::size_t k = 0; k < static_cast<std::size_t>(channels); ++k) mean_.push_back(next());
   return at;

@@ -26,6 +26,7 @@ class RunningMean {
   /// Over the window before the end of the last full bin.
   std::span<const double> mean() const { return mean_; }
   void clear();
+  /// As many numbers at any time, once it has begun.
   void save(std::vector<double>& state) const;
   /// Numbers read.
   std::size_t restore(std::span<const double> state);
@@ -33,6 +34,7 @@ class RunningMean {
  private:
   struct Bin { double duration = 0; std::vector<double> integral; };
   void set_mean();
+  std::size_t most_bins() const;   // full ones that the window can reach
 
   double window_, bin_;
   std::deque<Bin> bins_;        // full ones, oldest first, as many as the window reaches back

@@ -99,8 +99,8 @@ TEST(LoadTrack, GreatestLoadsDoNotHangOnHowOftenTheyAreAskedFor) {
   EXPECT_GT(often.shear.value, 0.2e6);
   EXPECT_NEAR(seldom.shear.value / often.shear.value, 1, 5e-3);
   EXPECT_NEAR(seldom.moment.value / often.moment.value, 1, 5e-3);
-  EXPECT_NEAR(seldom.members[0].shear.value / often.members[0].shear.value, 1, 1e-2);
-  EXPECT_NEAR(seldom.members[0].moment.value / often.members[0].moment.value, 1, 1e-2);
+  EXPECT_NEAR(seldom.members[0].shear.value / often.members[0].shear.value, 1, 2e-2);   // samples fall at other instants
+  EXPECT_NEAR(seldom.members[0].moment.value / often.members[0].moment.value, 1, 2e-2);
   EXPECT_NEAR(seldom.members[0].drift / often.members[0].drift, 1, 1e-2);
 }
 
