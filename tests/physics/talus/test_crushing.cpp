@@ -14,7 +14,7 @@ std::string crushing(const std::string& stiffness) { return "normal_stiffness = 
 
 /// A block thrown at the ground by 3 m/s without gravity.
 Outcome thrown(SceneText& s, const std::string& stiffness) {
-  s.history(2e-3).material("rock", density).interface("rock", "ground", 0, crushing(stiffness)).plane(Vec3::UnitZ());
+  s.history(2e-4).material("rock", density).interface("rock", "ground", 0, crushing(stiffness)).plane(Vec3::UnitZ());
   return run_scene(s.str());
 }
 
@@ -29,7 +29,8 @@ TEST(Crushing, FlatFaceSinksByItsEnergyOverForce) {
   s.box("B", Vec3::Ones(), Vec3(0, 0, 0.501), velocity(Vec3(0, 0, -speed)));
   const Outcome o = thrown(s, "10 GPa/m");
   ASSERT_TRUE(o.ok()) << o.result.message;
-  EXPECT_NEAR(0.5 - lowest(o), 0.5 * density * speed * speed / pressure, 1e-3 * 0.5 * density * speed * speed / pressure);
+  const double deep = 0.5 * density * speed * speed / pressure + 0.5 * pressure / 10e9;   // on the way down to the pressure springs take half of its energy
+  EXPECT_NEAR(0.5 - lowest(o), deep, 1e-3 * deep);
 }
 
 /// A pyramid on its tip, whose cut at depth d is 3 d^2, the area that a corner is taken for: p d^3 = m v^2 / 2. With the area of its first touch, whatever its depth, it went through the ground.
