@@ -84,6 +84,12 @@ double IslandStepper::project(double h) {
   for (int pass = 0; pass < 24 && std::max(deepest, drifted) > left && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
+    for (Body& b : bodies_) {   // how far fixed points of one block are from each other is for its strains to keep
+      const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+      if (!block.deformable || block.fixed_points.size() < 2) continue;
+      b.ndof = 12;
+      dda::impulse_mass(model_, state_, b.block, false, b.free.mass, b.free.inverse);
+    }
     begin_rows();
     const double within = near();
     for (Touch& t : touches_) {
@@ -127,6 +133,7 @@ double IslandStepper::project(double h) {
       const double turning = internal_energy(b.block);
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
+      if (b.ndof == 12) state_.eps[k] += d.tail<6>();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
       set_spin(b.block, momentum - moments[i], model_.blocks[k].deformable);
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
