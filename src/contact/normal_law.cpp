@@ -38,7 +38,7 @@ double NormalLaw::force(double x) const {
   switch (law->kind) {
     case ContactLaw::Kind::linear: break;
     case ContactLaw::Kind::hertz: return stiffness * std::pow(whole(x), 1.5);
-    case ContactLaw::Kind::crushing: return std::clamp(stiffness * (x - crushed), 0.0, limit);
+    case ContactLaw::Kind::crushing: return x > crushed ? elastic(x) - elastic(crushed_after(x)) : 0.0;
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
       std::size_t i = 1;
@@ -59,7 +59,11 @@ double NormalLaw::slope(double x) const {
       const double tangent = 1.5 * stiffness * std::sqrt(whole(x));
       return tangent / std::max(1 - relief * tangent, least_relieved);
     }
-    case ContactLaw::Kind::crushing: return x >= crushed && stiffness * (x - crushed) < limit ? stiffness : 0;
+    case ContactLaw::Kind::crushing: {
+      const double elastic_slope = stiffness + 3 * growth * x * x, back = x - yield();
+      if (x < crushed) return 0;
+      return back < crushed ? elastic_slope : elastic_slope - stiffness - 3 * growth * back * back;
+    }
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
       std::size_t i = 1;
@@ -74,16 +78,13 @@ double NormalLaw::work(double x) const {
   if (bed) return bed->work(x);
   if (x <= 0) return 0;
   switch (law->kind) {
-    case ContactLaw::Kind::linear: return (0.5 * stiffness + 0.25 * growth * x * x) * x * x;
+    case ContactLaw::Kind::linear: return elastic_energy(x);
     case ContactLaw::Kind::hertz: {
       // int F dx with dx = ds - c dF up to where c takes half of the tangent, dx = ds / 2 from there
       const double s = whole(x), turn = std::min(s, half_relieved(stiffness, relief)), f = stiffness * std::pow(turn, 1.5);
       return 0.4 * f * turn - 0.5 * relief * f * f + least_relieved * 0.4 * stiffness * (std::pow(s, 2.5) - std::pow(turn, 2.5));
     }
-    case ContactLaw::Kind::crushing: {
-      const double yield = crushed + limit / stiffness;
-      return stored(x) + limit * std::max(0.0, x - yield);
-    }
+    case ContactLaw::Kind::crushing: return stored(x) + yield() * (elastic(crushed_after(x)) - elastic(crushed));
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
       double w = 0;
@@ -102,16 +103,21 @@ double NormalLaw::work(double x) const {
 double NormalLaw::stored(double x) const {
   if (bed) return bed->stored(x);
   if (law->kind != ContactLaw::Kind::crushing) return work(x);
-  const double f = force(x);
-  return 0.5 * f * f / stiffness;
+  if (x <= crushed) return 0;
+  const double back = crushed_after(x);   // it springs back to there
+  return elastic_energy(x) - elastic_energy(back) - elastic(back) * (x - back);
 }
 
 double NormalLaw::crushed_after(double x) const {
   if (bed) return bed->crushed_after(x);
-  return law->kind == ContactLaw::Kind::crushing ? std::max(crushed, x - limit / stiffness) : 0.0;
+  return law->kind == ContactLaw::Kind::crushing ? std::max(crushed, x - yield()) : 0.0;
 }
 
 double NormalLaw::depth_of(double energy) const {
+  if (law->kind == ContactLaw::Kind::crushing) {   // p A/k f(x - p A/k) < W
+    const double crushes = energy / yield();
+    return yield() + std::min(crushes / stiffness, growth > 0 ? std::cbrt(crushes / growth) : std::numeric_limits<double>::infinity());
+  }
   // k x^2 / 2 + g x^4 / 4 = W
   return std::sqrt(4 * energy / (stiffness + std::sqrt(stiffness * stiffness + 4 * growth * energy)));
 }

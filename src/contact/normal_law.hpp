@@ -4,7 +4,8 @@
 ///              F = k x + g x^3 at a corner whose area grows as it sinks  g: [N/m^3], nil elsewhere
 ///   hertz      F = k s^(3/2),  k = 4/3 E* sqrt(R)                       sphere of radius R on a half-space [hertz1882]
 ///              s = x + c F: c is what the cell touched gives on its own, which Hertz's law holds already; at a fixed surface 0 [m/N]
-///   crushing   F = min(k (x - y), p A)                                  y: crushed for good, p: pressure, A: area
+///   crushing   F = f(x) - f(max(y, x - p A/k)),  f(x) = k x + g x^3      y: crushed for good, p: pressure, A: area; with g = 0 it is min(k (x - y), p A)
+///              columns of the area that x has come through, A + 3 x^2 A g/k, each elastic up to p: a corner crushes p times the volume that it sinks into
 ///   table      F linear between the points, the last slope beyond them
 ///   bed        the sum over the columns below a block (contact/bed.hpp), linear or crushing
 ///
@@ -21,8 +22,8 @@ namespace talus::contact {
 struct NormalLaw {
   const ContactLaw* law = nullptr;
   double stiffness = 0;   // k: [N/m], hertz [N/m^1.5]
-  double growth = 0;      // linear: g [N/m^3]
-  double limit = 0;       // crushing: p A [N]
+  double growth = 0;      // linear, crushing: g [N/m^3]
+  double limit = 0;       // crushing: p A, A the area at x = 0 [N]
   double crushed = 0;     // crushing: y [m]
   double relief = 0;      // hertz: c [m/N]
   std::shared_ptr<const Bed> bed;   // at a structure's skin: springs per area, and what crushes; x is its greatest depth
@@ -35,7 +36,7 @@ struct NormalLaw {
   /// The same where a leapfrog's step from x0 by way of the present place to x1 counts half of both its parts.
   double crushing_by_half(double x0, double x1) const { return bed ? 0.5 * (crushing(x1) - bed->crushing_before(x0)) : crushing(x1); }
   double crushed_after(double x) const;   // y once x was reached [m]
-  double depth_of(double energy) const;   // linear: x at which it stores that [m]
+  double depth_of(double energy) const;   // linear: x at which it stores that; crushing: no less than x at which it has taken that, nothing crushed before [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
   double mean_force(double x0, double x1, double& derivative) const;
   /// The same with no force below 0 for the linear law too, and x0 on the way that led to the present place: the work of a contact that opens or closes within the step is its own.
@@ -43,6 +44,9 @@ struct NormalLaw {
 
  private:
   double whole(double x) const;   // hertz: s [m]
+  double elastic(double x) const { return (stiffness + growth * x * x) * x; }                         // f [N]
+  double elastic_energy(double x) const { return (0.5 * stiffness + 0.25 * growth * x * x) * x * x; }   // [J]
+  double yield() const { return limit / stiffness; }                                                   // crushing: p A/k [m]
 };
 
 }  // namespace talus::contact

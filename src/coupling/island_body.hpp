@@ -131,7 +131,8 @@ void each_held(std::span<const Touch> touches, contact::ContactProblem& problem,
 void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign);
 
 /// Points of blocks that stay where they are: a row each after all others, of a contact that pulls and shears as much as it must (`bound` [N s]).
-/// At rest at the end of the step (h = 0: of the impulse), less half of the drift.
+/// At rest at the end of the step (h = 0: of the impulse). The trapezoid's drift is not led back by speed, whose energy a short step after a long one
+/// would make without bound, but by the projection.
 template <class Bodies>
 void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, const Bodies& bodies, double h, double bound) {
   for (std::size_t l = 0; l < bodies.size(); ++l) {
@@ -147,10 +148,21 @@ void add_held_rows(contact::ContactProblem& problem, const dda::Model& model, co
       write_jacobian(problem.jacobians.data() + offset, Mat3::Identity(), mid - b.mid_c, b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, 1);
       problem.terms.push_back({static_cast<int>(l), offset});
       const Vec3 u_ref = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem.jacobians.data() + offset, 3, b.ndof) * b.v_ref.head(b.ndof);
-      if (h > 0) c.bias = b.velocity_at_end(b.at_end(x)) - u_ref + 0.5 / h * (x - block.fixed_points_world[i]);
+      if (h > 0) c.bias = b.velocity_at_end(b.at_end(x)) - u_ref;
       c.cohesion = c.tension = bound;
       problem.contacts.push_back(c);
     }
+  }
+}
+
+/// How far each fixed point of the blocks is from its place, in the order of their rows: use(x - place) [m].
+template <class Bodies, class Use>
+void each_drift(const dda::Model& model, const dda::State& state, const Bodies& bodies, Use&& use) {
+  for (const auto& b : bodies) {
+    const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(b.block)];
+    if (block.fixed_points.empty()) continue;
+    const Pose now = dda::pose(state, b.block);
+    for (std::size_t i = 0; i < block.fixed_points.size(); ++i) use(Vec3(now.c + now.F * block.fixed_points[i] - block.fixed_points_world[i]));
   }
 }
 

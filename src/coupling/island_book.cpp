@@ -185,7 +185,7 @@ void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact
   pending.algorithmic += lost - slid;
 }
 
-/// Positions that left the trapezoid met gravity and the block's own stiffness elsewhere than the velocities did.
+/// Positions that left the trapezoid met gravity elsewhere than the velocities did.
 void IslandStepper::Booking::position(const Body& b) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::Model::Block& block = of.model_.blocks[k];
@@ -193,13 +193,6 @@ void IslandStepper::Booking::position(const Body& b) {
   // Blocks braked at the start of the step stay higher than the means of the velocities say: so much less the impact took.
   const double sunk = block.mass * of.model_.gravity.dot(of.state_.c[k] - trapezoid);
   (of.from_start_ && sunk < 0 ? loss.impact : pending.algorithmic) += sunk;
-  if (b.ndof == 12 && b.end_rule) {
-    // The velocities met the stress at the end all along the step.
-    const Vec6 eps = b.eps0 + 0.5 * h * (b.v0.tail<6>() + b.v_solved.tail<6>());
-    const Mat6 stiffness = block.volume * dda::elastic_matrix(block.young, block.poisson);
-    const double stored = 0.5 * of.state_.eps[k].dot(stiffness * of.state_.eps[k]);
-    pending.algorithmic += (eps - b.eps0).dot(stiffness * of.state_.eps[k]) - (stored - 0.5 * b.eps0.dot(stiffness * b.eps0));
-  }
 }
 
 /// The momentum is exact at the orientation reached, where the inertia is another than the one that the impulse met. A rigid impulse of a
@@ -216,8 +209,9 @@ void IslandStepper::Booking::straining(const Body& b) {
   const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
   const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
   pending.damping_work += damped;
-  // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2.
-  if (!b.end_rule && h > 0)
+  // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2. By the end rule the
+  // velocities met the stress at the end all along the step.
+  if (h > 0)
     pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
 }
 

@@ -1,4 +1,4 @@
-// The drift of closed hard contacts led back to gap >= 0, its energy booked.
+// The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places, its energy booked.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -38,10 +38,11 @@ std::map<std::pair<std::uint64_t, int>, double> IslandStepper::deepest_by_motion
 }
 
 double IslandStepper::project(double h) {
-  // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter; no friction, no velocity.
-  double thinnest = length_, far = 0;
+  // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter, x + J d = place of every fixed point; no friction, no velocity.
+  double thinnest = length_, far = 0, mass = 0;
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
+    mass += model_.blocks[k].mass;
     thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
@@ -59,25 +60,36 @@ double IslandStepper::project(double h) {
       if (believed(t)) deepest = std::max(deepest, -t.at.gap);
     return deepest;
   };
+  const auto farthest_point = [&] {
+    double farthest = 0;
+    each_drift(model_, state_, bodies_, [&](const Vec3& drift) { farthest = std::max(farthest, drift.norm()); });
+    return farthest;
+  };
   find(h);
   keep_late_overlaps();
-  double deepest = deepest_touch();
+  double deepest = deepest_touch(), drifted = farthest_point();
   // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of that.
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
-  if (deepest <= shows) return deepest;
+  if (deepest <= shows && drifted <= shows) return deepest;
   const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;
   // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a heap a pass that comes as close saves one, and its
   // search of rows; and only what is as near as a column of blocks could move becomes a row.
-  const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / deepest, in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
+  const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted), in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
   const auto near = [&] { return 4 * deepest + (in_heap() ? std::min(1e-3 * length_, 100 * deepest) : 1e-3 * length_); };
   std::vector<double> carried(island_->pairs.size(), 0.0);
   std::vector<Pose> before, last;
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
-  double least = deepest;   // depth so far
+  double least = std::max(deepest, drifted);   // so far
   int fruitless = 0;        // passes in a row that did not halve it, those without a solution twice: what is jammed stays in each other
-  for (int pass = 0; pass < 24 && deepest > left && fruitless < 4; ++pass) {
+  for (int pass = 0; pass < 24 && std::max(deepest, drifted) > left && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
+    for (Body& b : bodies_) {   // how far fixed points of one block are from each other is for its strains to keep
+      const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
+      if (!block.deformable || block.fixed_points.size() < 2) continue;
+      b.ndof = 12;
+      dda::impulse_mass(model_, state_, b.block, false, b.free.mass, b.free.inverse);
+    }
     begin_rows();
     const double within = near();
     for (Touch& t : touches_) {
@@ -96,10 +108,13 @@ double IslandStepper::project(double h) {
       c.compliance.setZero();
       c.impulse.setZero();
     }
+    std::size_t held = problem_.contacts.size();
+    add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * std::max(deepest, drifted));
+    each_drift(model_, state_, bodies_, [&](const Vec3& drift) { problem_.contacts[held++].bias = drift; });
     finish_bodies();
     std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);
     contact::SolveSettings settings;
-    settings.velocity_scale = deepest;
+    settings.velocity_scale = std::max(deepest, drifted);
     settings.tolerance = closeness();
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
     settings.exact_coulomb = false;
@@ -118,14 +133,16 @@ double IslandStepper::project(double h) {
       const double turning = internal_energy(b.block);
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
+      if (b.ndof == 12) state_.eps[k] += d.tail<6>();
       report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
       set_spin(b.block, momentum - moments[i], model_.blocks[k].deformable);
       report_.ledger.algorithmic -= internal_energy(b.block) - turning;
     }
     find_moved(last, carried);
     deepest = deepest_touch();
-    fruitless = deepest < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
-    least = std::min(least, deepest);
+    drifted = farthest_point();
+    fruitless = std::max(deepest, drifted) < 0.5 * least ? 0 : fruitless + (r.converged ? 1 : 2);
+    least = std::min(least, std::max(deepest, drifted));
   }
   carry_at_structures(before);
   return deepest;

@@ -134,15 +134,16 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
   t.normal_law.crushed = crushed;
   t.shear_stiffness = law.shear_stiffness * share;
   switch (law.kind) {
-    case ContactLaw::Kind::crushing: t.stiffness = t.normal_law.stiffness; break;
+    case ContactLaw::Kind::crushing:
     case ContactLaw::Kind::linear:
       t.stiffness = t.normal_law.stiffness;
-      if (law.stiffness == ContactLaw::Stiffness::per_area && t.at.area == 0 && !moving_skin) {
+      if ((law.stiffness == ContactLaw::Stiffness::per_area || law.kind == ContactLaw::Kind::crushing) && t.at.area == 0 && !moving_skin) {
         // A corner's area grows with the square of its depth, as a right-angled corner's cut does. The deepest that this approach and the weight reach:
-        t.normal_law.growth = law.normal_stiffness;
+        t.normal_law.growth = law.stiffness == ContactLaw::Stiffness::per_area ? law.normal_stiffness : t.stiffness / area;
         const double now = std::max(0.0, -t.at.gap), energy = t.normal_law.work(now) + 0.5 * mass * t.approach * t.approach;
         const double rest = std::min(mass * m.gravity.norm() / t.stiffness, std::cbrt(mass * m.gravity.norm() / t.normal_law.growth));
-        t.stiffness = t.normal_law.slope(std::max(rest, t.normal_law.depth_of(energy)));
+        const double deepest = std::max({now, rest, t.normal_law.depth_of(energy)});
+        t.stiffness += 3 * t.normal_law.growth * (deepest * deepest);
       }
       break;
     case ContactLaw::Kind::hertz: {
