@@ -28,7 +28,7 @@ void MemberTrack::add(double time, const MemberState& s) {
   }
   time_.push_back(time);
   drift_.push_back({s.drift[0] - first_drift_[0], s.drift[1] - first_drift_[1]});
-  peak_drift_ = std::max(peak_drift_, std::hypot(drift_.back()[0], drift_.back()[1]));
+  if (const double now = std::hypot(drift_.back()[0], drift_.back()[1]); now > peak_drift_) peak_drift_ = now;   // not once the top has come off (NaN)
   crack_width_ = std::max(crack_width_, s.crack_width);
   last_ = s;
 }
@@ -43,11 +43,13 @@ std::array<double, 2> MemberTrack::residual_drift() const {
   return {sum[0] / count, sum[1] / count};
 }
 
+bool MemberTrack::top_came_off() const { return !std::isfinite(last_.drift[0]); }
+
 int MemberTrack::damage_class() const {
   const std::array<double, 2> drift = residual_drift();
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
-  if (share > 0.1 || residual > 0.05) return 4;
+  if (share > 0.1 || residual > 0.05 || top_came_off()) return 4;
   if (last_.bars_broken > 0 || share > 0.01 || residual > 0.01 || mean_.value > 1) return 3;
   if (last_.bars_yielded > 0 || crack_width_ > 0.4e-3 || design_.value > 1) return 2;
   return crack_width_ > 0.1e-3 ? 1 : 0;
@@ -72,8 +74,9 @@ json MemberTrack::summary() const {
           {"shear_utilisation_design", concrete ? peak(design_) : json()},
           {"shear_utilisation_mean", concrete ? peak(mean_) : json()},
           {"peak_drift", peak_drift_},
-          {"residual_drift", pair(residual)},
-          {"residual_drift_ratio", std::hypot(residual[0], residual[1]) / member_.length},
+          {"residual_drift", top_came_off() ? json() : pair(residual)},
+          {"residual_drift_ratio", top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
+          {"top_came_off", top_came_off()},
           {"crack_width_peak", crack_width_},
           {"crack_width_end", last_.crack_width},
           {"bars_yielded", last_.bars_yielded},
