@@ -7,6 +7,7 @@
 
 #include "contact/impact_damping.hpp"
 #include "coupling/touch_spring.hpp"
+#include "sim/fineness.hpp"
 #include "sim/ground.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
@@ -223,6 +224,8 @@ std::vector<std::string> Simulation::plan() const {
       for (std::string& line : contact_lines(w, i)) lines.push_back(std::move(line));
     }
   }
+  for (std::size_t i = 0; i < s.structures.size(); ++i)
+    if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
   for (const ContactLaw& l : s.laws.law) {
     springs = springs || l.stiffness != ContactLaw::Stiffness::hard;
