@@ -1,4 +1,5 @@
 // talus capacity: pushes every pier of a finished run down, once as it stands now and once as it was built.
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 
@@ -36,21 +37,31 @@ std::string plain(const json& of, const char* key) {
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-json entry(const std::string& structure, const PushDown& now, const PushDown& built, double permanent, const json& said) {
-  const double ratio = now.capacity / built.capacity;
-  fmt::print("{:<16} {:<8} {:>14.1f} {:>14.1f} {:>9.3f} {:>14.1f} {:>8.2f}   {} {}\n", structure, now.member, built.capacity / 1e3, now.capacity / 1e3, ratio, permanent / 1e3,
-             permanent > 0 ? now.capacity / permanent : 0.0, plain(said, "damage_class"), plain(said, "damage_class_name"));
+/// A member of which a tenth is gone, whose top has come off, or that the run left leaning beyond use (class 4 of the summary), bears nothing: what is left of it
+/// between two plates is not the pier.
+bool is_lost(const Member& member, const MemberState& state, const json& said) {
+  constexpr double share = 0.1;
+  return said.value("damage_class", json()) == 4 || !std::isfinite(state.drift[0]) || (member.volume > 0 && state.lost_volume > share * member.volume);
+}
+
+json entry(const std::string& structure, const PushDown& now, const PushDown& built, const Member& member, bool lost, const json& said) {
+  const double ratio = now.capacity / built.capacity, permanent = member.axial_preload;
+  const auto unless_lost = [&](const std::string& text) { return lost ? std::string("-") : text; };
+  fmt::print("{:<16} {:<8} {:>14.1f} {:>14} {:>9} {:>14.1f} {:>8}   {} {}\n", structure, now.member, built.capacity / 1e3, lost ? "lost" : fmt::format("{:.1f}", now.capacity / 1e3), unless_lost(fmt::format("{:.3f}", ratio)),
+             permanent / 1e3, unless_lost(fmt::format("{:.2f}", permanent > 0 ? now.capacity / permanent : 0.0)), plain(said, "damage_class"), plain(said, "damage_class_name"));
   return {{"structure", structure},
           {"member", now.member},
+          {"lost", lost},
           {"capacity_built", built.capacity},
-          {"capacity_now", now.capacity},
-          {"ratio", ratio},
+          {"capacity_now", lost ? json() : json(now.capacity)},
+          {"ratio", lost ? json() : json(ratio)},
+          {"capacity_of_rest", lost ? json(now.capacity) : json()},
           {"displacement_built", built.at},
           {"displacement_now", now.at},
           {"axial_preload", permanent},
           {"damage_class", said.value("damage_class", json())},
           {"damage_class_name", said.value("damage_class_name", json())},
-          {"reserve", permanent > 0 ? json(now.capacity / permanent) : json()},
+          {"reserve", permanent > 0 && !lost ? json(now.capacity / permanent) : json()},
           {"curve_built", curve(built)},
           {"curve_now", curve(now)}};
 }
@@ -68,6 +79,7 @@ int command_capacity(const Options& options) {
   std::error_code none;
   const json summary = fs::exists(directory / "summary.json", none) ? io::read_json(directory / "summary.json", "delete it to have the capacities without the damage classes") : json::object();
   json rows = json::array();
+  bool any_lost = false;
   const fs::path file = directory / "capacity.json";
   fmt::print("{:<16} {:<8} {:>14} {:>14} {:>9} {:>14} {:>8}   {}\n", "structure", "member", "as built [kN]", "now [kN]", "now/built", "permanent [kN]", "reserve", "damage class");
   for (std::size_t q = 0; q < structures.size(); ++q) {
@@ -78,10 +90,17 @@ int command_capacity(const Options& options) {
     fmt::print(stderr, "{} as it stands now:\n", final.scene.structures[q].name);
     s.restore(final.of(static_cast<int>(q)));
     const std::vector<PushDown> now = s.push_down();
-    for (std::size_t k = 0; k < built.size(); ++k) rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k].axial_preload, named(named(summary, "structures", final.scene.structures[q].name), "members", now[k].member)));
+    const std::vector<MemberState> states = s.member_states();
+    for (std::size_t k = 0; k < built.size(); ++k) {
+      const json said = named(named(summary, "structures", final.scene.structures[q].name), "members", now[k].member);
+      const bool lost = is_lost(s.members()[k], states[k], said);
+      any_lost = any_lost || lost;
+      rows.push_back(entry(final.scene.structures[q].name, now[k], built[k], s.members()[k], lost, said));
+    }
     std::fflush(stdout);
     io::write_file(file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) + "\n");   // with each structure, should a later one fail
   }
+  if (any_lost) fmt::print("lost: a tenth of the member or more is gone, its top has come off, or it leans by more than 5 %; it bears nothing, and what the stump would bear between plates (capacity_of_rest) is no reserve.\n");
   fmt::print("Load on the top of each member between rigid plates; curves: {}\n", file.string());
   return done;
 }

@@ -32,8 +32,7 @@ int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
   sim::Simulation simulation(std::move(scene));
   if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) simulation.start_from(io::read_final_state(previous), previous);
-  std::vector<Problem> problems = simulation.scene().warnings;
-  for (Problem& p : simulation.cost_warnings()) problems.push_back(std::move(p));
+  const std::vector<Problem> problems = simulation.warnings();
   for (const Problem& warning : problems) fmt::print(stderr, "{}\n", warning.str());
   const std::size_t warnings = problems.size();
   const std::string title = simulation.header().title;

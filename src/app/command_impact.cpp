@@ -40,8 +40,8 @@ TriangleSurface standing_skin(scene::Scene scene) {
 }
 
 /// The block's centroid at t = 0: `clearance` before its first touch on the line of flight, which goes through centroid and impact point. Where that line
-/// meets nothing, the foremost point along the flight lies `clearance` before the impact point.
-Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin) {
+/// meets nothing (`meets` tells), the foremost point along the flight lies `clearance` before the impact point.
+Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin, bool& meets) {
   const Polyhedron body = body_of(scene, impact);
   const Vec3 along = impact.velocity.normalized();
   double reach = 0;
@@ -49,6 +49,7 @@ Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, c
   constexpr double run_up = 4;   // radii: in front of all that the body's sides may meet first
   const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation};
   const double way = geometry::free_path(body, behind, skin, along);
+  meets = std::isfinite(way);
   return behind.c + ((std::isfinite(way) ? way : run_up * body.radius) - impact.clearance) * along;
 }
 
@@ -84,8 +85,14 @@ int command_impact(const Options& options) {
   scene.rock_mass.reset();
   const std::set<int> here{impact.material, struck};
   std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
-  block.position = starting_position(scene, impact, standing_skin(scene));
+  bool meets = true;
+  block.position = starting_position(scene, impact, standing_skin(scene), meets);
+  if (!meets)
+    scene.warnings.push_back({.severity = Problem::Severity::warning, .file = scene.file, .key = "impact.point", .value = fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z()),
+                              .rule = fmt::format("on its line of flight through this point the block passes {} by", scene.structures[0].name),
+                              .remedy = "move the point to the structure's surface, or turn the velocity towards it"});
   scene.blocks = {block};
+  scene.prescribed_impact = true;
   scene.resolved_json = scene::resolved_json(scene);
   return run_scene(std::move(scene), options, false);   // an earlier impact's block is not this one
 }

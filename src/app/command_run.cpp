@@ -52,9 +52,11 @@ std::string left_out(scene::Coupling::Scheme scheme, const sim::RunResult& resul
   return fmt::format("Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system (scheme = \"two-way\") they slow the blocks' rebound and the loads themselves.", result.audit.work_on_structure);
 }
 
-void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, const std::string& left_out) {
+void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, std::optional<double> resumed_at, const std::string& left_out) {
   const sim::RunCounters& n = result.counters;
-  fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU\n", result.status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts, n.cpu_seconds);
+  const std::string status = result.status == "all left" ? "every block has left the model" : result.status;
+  fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU{}\n", status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts,
+             n.cpu_seconds, resumed_at ? fmt::format(" since it went on at t = {:.6g} s", *resumed_at) : "");
   if (result.audit_made)
     fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse against momentum {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
                result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
@@ -150,7 +152,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     if (sink_log) sink_log->log().info("report", {{"text", line}});
     else reports.push_back(line);
   });
-  const std::vector<Problem>& warnings = simulation.scene().warnings;   // of the scene, and of what was built from it
+  const std::vector<Problem> warnings = simulation.warnings();
   for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
   carry_over(simulation, carry_blocks);
   std::optional<std::uint64_t> position;   // of the journal, where a run goes on
@@ -159,6 +161,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     if (const auto message = finished(directory)) return nothing_to_resume(directory, *message, report);
     position = resume_from(directory, hash, simulation);
   }
+  const std::optional<double> resumed_at = position ? std::optional(simulation.time()) : std::nullopt;
 
   const std::vector<std::string> plan = simulation.plan();   // by all ranks: loads on supports are sums over them
   on_signals(on_signal);   // from here on something is written
@@ -190,7 +193,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     sim::Sink silent;
     result = simulation.run(silent, &stop_signal);
   }
-  const bool ended = result.status == "done" || result.status == "at rest";
+  const bool ended = io::has_ended(result.status);
   const sim::Checkpoint last = simulation.save();
   const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
   if (!writes) return result.exit_code;
@@ -202,8 +205,9 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result));
+  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result));
   for (const std::string& text : io::summary_warnings(summary)) {
+    if (const auto& told = recorder->warnings(); std::find(told.begin(), told.end(), text) != told.end()) continue;   // at the start, or as it happened
     recorder->log().warning("summary", {{"text", text}});
     fmt::print(stderr, "warning: {}\n", text);
   }

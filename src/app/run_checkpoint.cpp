@@ -1,5 +1,7 @@
 #include "app/run_checkpoint.hpp"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
 
 #include "app/final_state.hpp"
@@ -45,6 +47,12 @@ void RecordingSink::extend(std::span<const sim::RunHeader::BlockInfo> fragments)
   for (const auto& fragment : fragments) recorder_.log().info("fragment", {{"name", fragment.name}, {"mass", fragment.mass}});
 }
 
+void RecordingSink::warning(const std::string& text) {
+  line_.clear();
+  fmt::print(stderr, "warning: {}\n", text);
+  recorder_.warning(text);
+}
+
 void RecordingSink::checkpoint(const sim::Checkpoint& state) {
   io::Checkpoint out;
   out.scene_hash = hash_;
@@ -85,7 +93,7 @@ std::optional<std::string> finished(const fs::path& directory) {
   if (!fs::exists(file) || !fs::exists(directory / "scene.resolved.json")) return {};
   const auto summary = nlohmann::json::parse(io::read_file(file), nullptr, false);
   const auto text = [&](const char* key) { return summary.is_object() && summary.contains(key) && summary[key].is_string() ? summary[key].get<std::string>() : std::string(); };
-  if (const std::string status = text("status"); status != "done" && status != "at rest") return {};
+  if (!io::has_ended(text("status"))) return {};
   return text("message");
 }
 

@@ -113,7 +113,7 @@ struct MemberState {
   std::vector<double> axial;                     // per station, compression positive [N]
   std::vector<std::array<double, 2>> shear;      // along axis_x, axis_y [N]
   std::vector<std::array<double, 2>> moment;     // about axis_x, axis_y, at the centre of the section [N m]
-  std::array<double, 2> drift{};                 // top against base, along axis_x, axis_y [m]
+  std::array<double, 2> drift{};                 // top against base, along axis_x, axis_y; NaN once the top has come off [m]
   double crack_width = 0;                        // largest [m]
   double lost_volume = 0;                        // eroded or come off [m^3]
   int bars_yielded = 0, bars_broken = 0;
@@ -221,6 +221,10 @@ class Structure {
 
   /// Parts that lost their support since the last call; their mass has left the structure.
   virtual std::vector<Fragment> take_fragments() = 0;
+  /// Mass of the parts that take_fragments() would give as blocks, all together, its share of the whole, and where their centroid was as built; they stay.
+  /// 0 unless cracks or bearings have gone on since the last call.
+  struct Unsupported { double mass = 0, share = 0; Vec3 centroid = Vec3::Zero(); };   // [kg], 1, [m]
+  virtual Unsupported unsupported() { return {}; }
 
   /// All history as plain doubles; restore() brings back the same bits.
   virtual void save(std::vector<double>& state) const = 0;

@@ -103,6 +103,35 @@ void FemStructure::erode(const std::vector<int>& cells) {
   rebuild_skin();
 }
 
+/// Rubble that still hangs on nodes of others stays in the mesh: its cells carry pressure and no tension.
+bool FemStructure::is_rubble(const std::vector<int>& piece) const {
+  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
+  double volume = 0;
+  for (int cell : piece) volume += cell_mass_[cell] / spec_.density;
+  return piece.size() < least_piece || volume < least;
+}
+
+Structure::Unsupported FemStructure::unsupported() {
+  Unsupported lost;
+  if (!damage_ && !bearings_) return lost;
+  const long cuts = count_cuts();
+  if (cuts == cuts_seen_) return lost;
+  cuts_seen_ = cuts;
+  share_motion();
+  for (const std::vector<int>& piece : loose_pieces()) {
+    if (is_rubble(piece)) continue;
+    for (int cell : piece) {
+      Vec3 middle = Vec3::Zero();
+      for (int n : mesh_.hexes[cell]) middle += mesh_.nodes[n] / 8;
+      lost.mass += cell_mass_[cell];
+      lost.centroid += cell_mass_[cell] * middle;
+    }
+  }
+  if (lost.mass > 0) lost.centroid /= lost.mass;
+  lost.share = lost.mass / std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0);
+  return lost;
+}
+
 std::vector<Fragment> FemStructure::take_fragments() {
   if (!damage_ && !bearings_) return {};
   const long cuts = count_cuts();
@@ -110,26 +139,19 @@ std::vector<Fragment> FemStructure::take_fragments() {
   cuts_seen_ = cuts;
   share_motion();
   std::vector<std::vector<int>> pieces = loose_pieces();
-  // Rubble that still hangs on nodes of others stays in the mesh: its cells carry pressure and no tension.
-  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
-  const auto small = [&](const std::vector<int>& piece) {
-    double volume = 0;
-    for (int cell : piece) volume += cell_mass_[cell] / spec_.density;
-    return piece.size() < least_piece || volume < least;
-  };
   const auto hangs = [&](const std::vector<int>& piece) {
     std::map<int, int> inside;
     for (int cell : piece)
       for (int n : mesh_.hexes[cell]) ++inside[n];
     return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at_node_[at.first]; });
   };
-  std::erase_if(pieces, [&](const std::vector<int>& piece) { return small(piece) && hangs(piece); });
+  std::erase_if(pieces, [&](const std::vector<int>& piece) { return is_rubble(piece) && hangs(piece); });
   if (pieces.empty()) return {};
 
   forces(time_);  // energies of the cells
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
-    if (small(piece)) drop_orphans(piece);
+    if (is_rubble(piece)) drop_orphans(piece);
     else fragments.push_back(detach(piece));
   }
   cuts_seen_ = count_cuts();  // the parts that left took some of it along

@@ -107,6 +107,7 @@ class FemStructure : public Structure {
   double memory_of_steps(double duration) override;
   std::string plan() const override;
   std::vector<Fragment> take_fragments() override;
+  Unsupported unsupported() override;
   void save(std::vector<double>& state) const override;
   void restore(std::span<const double> state) override;
   void start_over() override;
@@ -211,6 +212,7 @@ class FemStructure : public Structure {
   DisjointSets joined_cells() const;
   std::vector<char> held_pieces(DisjointSets& pieces) const;
   std::vector<std::vector<int>> loose_pieces() const;
+  bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
   void rebuild_skin();
   Vec6 support_reaction(double step) const;   // force and moment on the supports by forces() as they stand, contact impulses over `step` among them; 0: without

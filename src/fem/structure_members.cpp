@@ -1,6 +1,7 @@
 // Piers and columns as members: section forces, drift, cracks and bars.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fem/structure_fem.hpp"
 
@@ -106,6 +107,8 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
   }
   const Vec3 drift = mean_displacement(m.place.top, u_) - mean_displacement(m.place.foot, u_);
   state.drift = {drift.dot(x), drift.dot(y)};
+  // Nodes that no cell holds any more stay where they were: they tell of no top.
+  if (std::none_of(m.place.top.begin(), m.place.top.end(), [&](int n) { return cells_at_node_[n] > 0; })) state.drift.fill(std::numeric_limits<double>::quiet_NaN());
   for (int cell : m.place.cells) {
     if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
     else if (damage_ && own_cell(cell)) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));

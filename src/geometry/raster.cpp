@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <limits>
 #include <mutex>
 #include <vector>
 
@@ -97,6 +98,25 @@ void check_ascii_grid(const std::string& path) {
                              .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
 }
 
+/// Heights are in metres: over longitude and latitude every slope would be a hundred thousand times too steep. Without a CRS a grid is taken for one in degrees
+/// where its coordinates are such, its cells are below a centimetre, and it is higher than wide.
+void refuse_degrees(const Raster& r, const std::string& path) {
+  constexpr double most_cell = 0.01;
+  const double dx = r.transform[1], dy = std::abs(r.transform[5]), west = r.transform[0], north = std::max(r.transform[3], r.transform[3] + r.rows * r.transform[5]);
+  bool degrees = r.geographic;
+  if (!degrees && r.crs.empty() && dx < most_cell && dy < most_cell && std::abs(west) <= 180 && std::abs(west + r.columns * dx) <= 360 && std::abs(north) <= 90 && std::abs(north - r.rows * dy) <= 90) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const double z : r.values)
+      if (std::isfinite(z)) low = std::min(low, z), high = std::max(high, z);
+    degrees = high - low > std::max(r.columns * dx, r.rows * dy);
+  }
+  if (!degrees) return;
+  throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("cells of {:g} x {:g}, from [{:g}, {:g}]", dx, dy, west, north),
+                           .rule = r.geographic ? fmt::format("is in degrees of longitude and latitude ({}), and heights are in metres", r.crs.size() < 40 ? r.crs : "by its coordinate system")
+                                                : std::string("looks like degrees of longitude and latitude, and heights are in metres"),
+                           .remedy = "project it to metres first: gdalwarp -s_srs EPSG:4326 -t_srs EPSG:... -r bilinear in.tif out.tif, with the national grid or the UTM zone (EPSG:25832, 25833, ...)"});
+}
+
 }  // namespace
 
 Raster read_raster(const std::string& path) {
@@ -105,13 +125,19 @@ Raster read_raster(const std::string& path) {
                              .remedy = "check the path, which is relative to the scene file"});
   check_ascii_grid(path);
   Raster r;
-  if (!module(path).read(path.c_str(), &r))
+  const bool read = module(path).read(path.c_str(), &r);
+  if (!r.placed)
+    throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{} x {} values", r.columns, r.rows),
+                             .rule = "is a picture without a place: it says neither where it lies nor how large its cells are (no GeoTIFF tags, no world file .tfw beside it)",
+                             .remedy = "export it again with its georeference, or give it one: gdal_translate -a_srs EPSG:... -a_ullr WEST NORTH EAST SOUTH in.tif out.tif"});
+  if (!read)
     throw InputError(Problem{.file = path, .key = "raster", .rule = r.error, .remedy = "give an ESRI ASCII grid or a GeoTIFF"});
   if (r.transform[2] != 0 || r.transform[4] != 0)
     throw InputError(Problem{.file = path, .key = "raster", .rule = "is rotated against north",
                              .remedy = "warp it to a north-up grid first (gdalwarp)"});
   if (r.transform[1] <= 0 || r.transform[5] == 0)
     throw InputError(Problem{.file = path, .key = "raster", .rule = "has no positive cell size", .remedy = "correct its georeference"});
+  refuse_degrees(r, path);
   if (r.transform[5] > 0) {  // south first: turn it over
     for (int i = 0; i < r.rows / 2; ++i)
       for (int j = 0; j < r.columns; ++j)

@@ -23,9 +23,10 @@ constexpr double missing = std::numeric_limits<double>::quiet_NaN();
 constexpr double most_cells = 1e8;
 constexpr int ground_side = 2000;   // nodes of the grid of heights, along the longer side
 
-/// A block's centroid at the history rows since its birth.
+/// A block's centroid at the history rows from its birth until it left the model.
 struct Track {
   std::size_t block = 0, first_row = 0;
+  bool left = false;
   std::vector<Vec3> at;                     // scene coordinates [m]
   std::vector<double> speed, kinetic;       // [m/s], [J]
 };
@@ -41,9 +42,9 @@ struct Tracks {
   Box3 box;   // of the moving blocks' paths, scene coordinates
 };
 
-Track track_of(std::size_t block, std::size_t blocks, const std::vector<double>& position, const std::vector<double>& velocity, const std::vector<double>& kinetic) {
-  Track t{.block = block, .first_row = 0, .at = {}, .speed = {}, .kinetic = {}};
-  const std::size_t rows = kinetic.size() / blocks;
+/// `rows`: those before the block left the model.
+Track track_of(std::size_t block, std::size_t blocks, std::size_t rows, const std::vector<double>& position, const std::vector<double>& velocity, const std::vector<double>& kinetic) {
+  Track t{.block = block, .first_row = 0, .left = rows < kinetic.size() / blocks, .at = {}, .speed = {}, .kinetic = {}};
   for (std::size_t r = 0; r < rows; ++r) {
     const std::size_t k = r * blocks + block;
     if (!std::isfinite(position[3 * k])) continue;
@@ -75,8 +76,10 @@ Tracks::Tracks(const std::filesystem::path& results) : file(Hdf5File::open(resul
   const auto rotational = read_sized<double>(file, h + "kinetic_rotational", entries);
   auto kinetic = read_sized<double>(file, h + "kinetic_translational", entries);
   for (std::size_t k = 0; k < entries; ++k) kinetic[k] += rotational[k];
+  const std::vector<double> left = file.exists(h + "left") ? read_sized<double>(file, h + "left", blocks) : std::vector<double>(blocks, missing);   // earlier versions wrote none
   for (std::size_t b = 0; b < blocks; ++b) {
-    Track t = track_of(b, blocks, position, velocity, kinetic);
+    const auto end = std::isfinite(left[b]) ? std::upper_bound(time.begin(), time.end(), left[b]) : time.end();
+    Track t = track_of(b, blocks, static_cast<std::size_t>(end - time.begin()), position, velocity, kinetic);
     if (t.at.empty() || *std::max_element(t.speed.begin(), t.speed.end()) == 0) continue;
     for (const Vec3& p : t.at) box.extend(p);
     moving.push_back(std::move(t));
@@ -184,7 +187,7 @@ std::string tracks_geojson(const std::filesystem::path& results) {
                                 {"properties",
                                  {{"name", names[t.block]}, {"mass", mass[t.block]}, {"volume", volume[t.block]}, {"fragment", fragment[t.block] != 0},
                                   {"max_speed", *std::max_element(t.speed.begin(), t.speed.end())}, {"max_kinetic", *std::max_element(t.kinetic.begin(), t.kinetic.end())},
-                                  {"birth", tracks.time[t.first_row]}, {"end", tracks.time[t.first_row + t.at.size() - 1]}}}});
+                                  {"left", t.left}, {"birth", tracks.time[t.first_row]}, {"end", tracks.time[t.first_row + t.at.size() - 1]}}}});
   }
   return root.dump(-1, ' ', false, json::error_handler_t::replace) + "\n";
 }
@@ -213,6 +216,7 @@ geometry::Raster results_map(const std::filesystem::path& results, const std::st
   } else if (quantity == "deposit") {
     const auto volume = read_sized<double>(tracks.file, "/geometry/blocks/volume", tracks.blocks);
     for (const Track& t : tracks.moving) {
+      if (t.left) continue;   // it lies beyond the terrain
       double& v = map.values[cell_of(map, tracks, t.at.back())];
       v = (std::isnan(v) ? 0 : v) + volume[t.block];
     }

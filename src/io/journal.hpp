@@ -14,7 +14,7 @@
 
 namespace talus::io {
 
-enum class RecordKind : std::uint32_t { header = 1, history = 2, contacts = 3, field = 4, extend = 5, outcome = 6 };
+enum class RecordKind : std::uint32_t { header = 1, history = 2, contacts = 3, field = 4, extend = 5, outcome = 6, warning = 7 };
 
 class JournalWriter {
  public:

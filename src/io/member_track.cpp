@@ -25,11 +25,13 @@ std::array<double, 2> MemberTrack::residual_drift() const {
   return {sum[0] / count, sum[1] / count};
 }
 
+bool MemberTrack::top_came_off() const { return !std::isfinite(last_.drift[0]); }
+
 int MemberTrack::damage_class() const {
   const std::array<double, 2> drift = residual_drift();
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
-  if (share > 0.1 || residual > 0.05) return 4;
+  if (share > 0.1 || residual > 0.05 || top_came_off()) return 4;
   if (last_.bars_broken > 0 || share > 0.01 || residual > 0.01 || peaks_.use_mean.value > 1) return 3;
   if (last_.bars_yielded > 0 || peaks_.crack_width > 0.4e-3 || peaks_.use_design.value > 1) return 2;
   return peaks_.crack_width > 0.1e-3 ? 1 : 0;
@@ -54,8 +56,9 @@ json MemberTrack::summary() const {
           {"shear_utilisation_design", concrete ? peak(peaks_.use_design) : json()},
           {"shear_utilisation_mean", concrete ? peak(peaks_.use_mean) : json()},
           {"peak_drift", peaks_.drift},
-          {"residual_drift", pair(residual)},
-          {"residual_drift_ratio", std::hypot(residual[0], residual[1]) / member_.length},
+          {"residual_drift", top_came_off() ? json() : pair(residual)},
+          {"residual_drift_ratio", top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
+          {"top_came_off", top_came_off()},
           {"crack_width_peak", peaks_.crack_width},
           {"crack_width_end", last_.crack_width},
           {"bars_yielded", last_.bars_yielded},

@@ -4,7 +4,7 @@
 ///   residual drift = mean over the last tenth of the run, without the drift under permanent load
 ///
 /// Damage class, our own, by what an inspection would find (the first that holds, from the top):
-///   4 lost      a tenth of the member is gone, or the residual drift exceeds 5 % of its length
+///   4 lost      a tenth of the member is gone, its top has come off, or the residual drift exceeds 5 % of its length
 ///   3 severe    a bar is broken, 1 % of the member is gone, the residual drift exceeds 1 %, or V_dyn exceeds V_Rd with mean strengths
 ///   2 moderate  a bar has yielded, a crack exceeds 0.4 mm, or V_dyn exceeds the design resistance
 ///   1 slight    a crack exceeds 0.1 mm
@@ -25,6 +25,7 @@ class MemberTrack {
 
  private:
   int damage_class() const;
+  bool top_came_off() const;
   std::array<double, 2> residual_drift() const;
 
   Member member_;

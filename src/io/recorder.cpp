@@ -127,6 +127,7 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
           ++impl_->fields;
           break;
         }
+        case RecordKind::warning: impl_->header.warnings.push_back(payload); break;
         case RecordKind::contacts:
         case RecordKind::outcome: break;
       }
@@ -168,6 +169,14 @@ void Recorder::extend(std::span<const sim::RunHeader::BlockInfo> fragments) {
   impl_->header.blocks.insert(impl_->header.blocks.end(), fragments.begin(), fragments.end());
 }
 
+void Recorder::warning(const std::string& text) {
+  impl_->journal->append(RecordKind::warning, text);
+  impl_->header.warnings.push_back(text);
+  log().warning("run", {{"text", text}});
+}
+
+const std::vector<std::string>& Recorder::warnings() const { return impl_->header.warnings; }
+
 std::uint64_t Recorder::checkpoint() {
   impl_->journal->sync();
   impl_->grow();
@@ -180,7 +189,7 @@ std::string Recorder::finish(const Outcome& outcome, const sim::FinalState* stat
   const BuiltResults built = build_results(impl_->options.directory, &outcome, impl_->journal->position(), state);
   impl_->write_pvd();
   write_file(impl_->options.directory / "summary.json", built.summary_json);
-  if (outcome.status == "done" || outcome.status == "at rest") {
+  if (has_ended(outcome.status)) {
     impl_->journal.reset();
     std::error_code error;
     fs::remove(impl_->journal_path(), error);  // all of it is in results.h5 now

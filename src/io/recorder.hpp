@@ -12,6 +12,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "core/log.hpp"
 #include "io/files.hpp"
@@ -44,10 +45,14 @@ class Recorder {
   void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures);
   /// Fragments are appended to the blocks; rows before read NaN for them.
   void extend(std::span<const sim::RunHeader::BlockInfo> fragments);
+  /// What the run warns of while it goes on; goes into the summary after those of the header.
+  void warning(const std::string& text);
+  /// Those of the header, and of the run so far; of a run that goes on, from its start.
+  const std::vector<std::string>& warnings() const;
 
   /// Makes everything recorded so far durable and returns the journal's position, to be stored in the checkpoint.
   std::uint64_t checkpoint();
-  /// Builds results.h5, .xdmf, .pvd, summary.json. A status other than "done" or "at rest" keeps the journal, so that the run can be resumed.
+  /// Builds results.h5, .xdmf, .pvd, summary.json. A status that is no end (has_ended) keeps the journal, so that the run can be resumed.
   /// `state` goes into results.h5, for a later run to start from. summary.json is swapped in last: where it tells of the end, all else is there.
   /// Returns its text.
   std::string finish(const Outcome& outcome, const sim::FinalState* state = nullptr);

@@ -172,7 +172,7 @@ std::string encode_header(const RunHeader& h) {
     put_list(w, s.members, [&](const Member& m) { member_fields(m, put); });
     put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded), put(s.axes), put(s.effective_depth), put(s.reinforcement_ratio), put(s.form), put(s.cushion);
   });
-  put(h.materials), put(h.plan);
+  put(h.materials), put(h.plan), put(h.warnings), put(h.prescribed_impact);
   return w.bytes();
 }
 
@@ -191,6 +191,7 @@ RunHeader decode_header(std::string_view bytes) {
     get(s.young), get(s.poisson), get(s.f_cm), get(s.loaded), get(s.axes), get(s.effective_depth), get(s.reinforcement_ratio), get(s.form), get(s.cushion);
   });
   get(h.materials), get(h.plan);
+  if (r.left() > 0) get(h.warnings), get(h.prescribed_impact);   // not in what earlier versions wrote
   return h;
 }
 

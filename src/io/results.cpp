@@ -38,6 +38,7 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
       case RecordKind::history: ++c.rows; break;
       case RecordKind::contacts: c.contacts += ByteReader(payload).take<std::uint64_t>(); break;
       case RecordKind::field: ++c.fields; break;
+      case RecordKind::warning: break;
       case RecordKind::outcome: c.outcome = decode_outcome(payload); break;
     }
   }
@@ -102,13 +103,20 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
           fields.add(row);
           break;
         }
+        case RecordKind::warning:
+          if (summary) summary->add_warning(payload);
+          break;
         case RecordKind::outcome: break;
       }
     }
     history.flush();
     contacts.flush();
     file.write<double>("/fields/time", field_times, {field_times.size()}, "s", "time of each frame group");
-    if (summary) built.summary_json = summary->text(outcome);
+    if (summary) {
+      built.summary_json = summary->text(outcome);
+      const std::vector<double> left = summary->left();
+      if (!left.empty()) file.write<double>("/history/blocks/left", left, {left.size()}, "s", "when the block left the model over the edge of the terrain; NaN: it did not");
+    }
     if (state != nullptr) write_final_state(file, *state);
     file.close();
     frames = fields.frames();

@@ -46,6 +46,8 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps) : step
   header_.structures = header.structures;
   header_.materials = header.materials;
   header_.plan = header.plan;
+  header_.warnings = header.warnings;
+  header_.prescribed_impact = header.prescribed_impact;
   structures_.resize(header.structures.size());
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     structures_[i].probes.resize(header.structures[i].probes.size());
@@ -73,6 +75,12 @@ void SummaryBuilder::extend(std::span<const sim::RunHeader::BlockInfo> blocks) {
   for (auto& row : open_of_) row.resize(header_.blocks.size());
 }
 
+std::vector<double> SummaryBuilder::left() const {
+  std::vector<double> times;
+  for (const BlockTrack& b : blocks_) times.push_back(b.left ? b.time : std::numeric_limits<double>::quiet_NaN());
+  return times;
+}
+
 double SummaryBuilder::ground_at(const Vec3& x) const {
   const auto i = std::lround((x.x() - ground_.x0) / ground_.dx), j = std::lround((x.y() - ground_.y0) / ground_.dy);
   if (i < 0 || j < 0 || i >= ground_.nx || j >= ground_.ny) return std::numeric_limits<double>::quiet_NaN();
@@ -83,9 +91,11 @@ void SummaryBuilder::watch_edge(std::size_t i) {
   LastGround& last = ground_of_[i];
   BlockTrack& b = blocks_[i];
   if (const double height = ground_at(b.end); std::isfinite(height)) {
-    last = {.there = b, .height = height};
+    last = {.there = b, .height = height, .beside = false};
+  } else if (!last.there.born) {
+    last = {.there = b, .height = lowest_ground_, .beside = true};
   } else if (b.end.z() + std::cbrt(header_.blocks[i].volume) < last.height) {
-    if (last.there.born) b = last.there;
+    if (!last.beside || !struck(i)) b = last.there;
     b.left = true;
   }
 }
@@ -179,7 +189,7 @@ std::string SummaryBuilder::against_algorithmic() const {
 std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   constexpr double allowed = 0.01;   // of the largest kinetic energy
   constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
-  std::vector<std::string> list;
+  std::vector<std::string> list = header_.warnings;
   double mass = 0;
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
@@ -191,6 +201,9 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "
                                  "and its capacity (talus capacity)", header_.structures[i].name, loss));
+  if (header_.prescribed_impact && impacts_.empty() && !blocks_.empty())
+    list.push_back(fmt::format("the block of [impact] never touched {} within {:.4g} s: nothing here tells of an impact. Check impact.point, velocity and orientation, and simulation.duration",
+                               header_.structures.empty() ? std::string("the structure") : header_.structures[0].name, time_));
   for (const json& f : formulas)
     if (f["id"] == "hertz" && f["computed"].get<double>() > f["value"].get<double>())
       list.push_back(fmt::format("the greatest force of a single sub-step on {}, {}, is above Hertz's elastic {}, an upper bound of a sphere's contact: it depends on cells and contact law. "
@@ -198,6 +211,8 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
                                  engineering(f["computed_filtered"], "N")));
   return list;
 }
+
+bool has_ended(const std::string& status) { return status == "done" || status == "at rest" || status == "all left"; }
 
 std::vector<std::string> summary_warnings(const std::string& summary_json) {
   return json::parse(summary_json).at("warnings").get<std::vector<std::string>>();
@@ -325,7 +340,7 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   std::size_t farthest = 0, moving = 0;
   double run = -1;
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
-    if (!blocks_[i].born) continue;
+    if (!blocks_[i].born || started_beside(i)) continue;
     const double r = horizontal(blocks_[i].end - blocks_[i].start);
     if (r > run) run = r, farthest = i;
     if (!blocks_[i].left && moves(i)) ++moving;
@@ -334,20 +349,35 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
   if (run >= 0)
     lines.push_back(fmt::format("{} went {}{} in plan, {} down, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
                                 length(blocks_[farthest].start.z() - blocks_[farthest].end.z()), blocks_[farthest].max_speed));
-  const auto left = static_cast<std::size_t>(std::count_if(blocks_.begin(), blocks_.end(), [](const BlockTrack& b) { return b.left; }));
+  std::size_t left = 0;
+  for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;
   if (left == blocks_.size()) return;
   if (blocks_.size() == 1) lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
   else lines.push_back(moving == 0 ? fmt::format("All {}blocks are at rest at the end.", left > 0 ? "other " : "") : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size() - left));
 }
 
+bool SummaryBuilder::struck(std::size_t i) const {
+  return std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.block == static_cast<int>(i); });
+}
+
+/// It was over no ground all the time, struck nothing, and did not stay where it was.
+bool SummaryBuilder::started_beside(std::size_t i) const {
+  return i < ground_of_.size() && ground_of_[i].beside && (blocks_[i].left || moves(i)) && !header_.blocks[i].fragment && !struck(i);
+}
+
 void SummaryBuilder::left_line(std::vector<std::string>& lines) const {
   constexpr std::size_t shown = 5;
-  std::size_t count = 0;
-  std::string names;
-  for (std::size_t i = 0; i < blocks_.size(); ++i)
-    if (blocks_[i].left && ++count <= shown) names += (names.empty() ? "" : ", ") + header_.blocks[i].name;
-  if (count == 0) return;
-  lines.push_back(fmt::format("{} of {} blocks left the model over the edge of the terrain ({}{}): figures count each until then.", count, blocks_.size(), names, count > shown ? ", ..." : ""));
+  const auto names = [&](auto&& meant) {
+    std::pair<std::size_t, std::string> found;
+    for (std::size_t i = 0; i < blocks_.size(); ++i)
+      if (meant(i) && ++found.first <= shown) found.second += (found.first == 1 ? "" : ", ") + header_.blocks[i].name;
+    if (found.first > shown) found.second += ", ...";
+    return found;
+  };
+  if (const auto [count, list] = names([&](std::size_t i) { return blocks_[i].left && !started_beside(i); }); count > 0)
+    lines.push_back(fmt::format("{} of {} blocks left the model over the edge of the terrain ({}): figures count each until then.", count, blocks_.size(), list));
+  if (const auto [count, list] = names([&](std::size_t i) { return started_beside(i); }); count > 0)
+    lines.push_back(fmt::format("{} of {} blocks started beside the terrain, with no ground below, and fell ({}): the run tells nothing of {}.", count, blocks_.size(), list, count == 1 ? "it" : "them"));
 }
 
 }  // namespace talus::io

@@ -24,12 +24,15 @@ namespace talus::io {
 
 /// How a run ended, as handed to Recorder::finish.
 struct Outcome {
-  std::string status = "done";  // done, at rest, interrupted, failed
+  std::string status = "done";  // done, at rest, all left, interrupted, failed
   std::string message;          // why, for interrupted and failed
   sim::RunCounters counters;
   sim::InterfaceAudit audit;
   bool audit_made = false;      // false: no coupled step was made, the audit is left out
 };
+
+/// Of a status: there is nothing to go on with.
+bool has_ended(const std::string& status);
 
 inline constexpr double impact_gap = 0.02;  // [s]
 
@@ -57,6 +60,10 @@ class SummaryBuilder {
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
+  /// A sentence that the run told while it went on.
+  void add_warning(std::string text) { header_.warnings.push_back(std::move(text)); }
+  /// When each block left the model [s]; NaN: it did not.
+  std::vector<double> left() const;
   const std::vector<Impact>& impacts() const { return impacts_; }
   /// The text of summary.json. `outcome` null: the run is still going on, or was cut off.
   std::string text(const Outcome* outcome);
@@ -70,7 +77,7 @@ class SummaryBuilder {
     double time = 0;          // of the last row that counts [s]
     bool left = false;        // the model
   };
-  struct LastGround { BlockTrack there; double height = 0; };   // of a block while it was over the terrain
+  struct LastGround { BlockTrack there; double height = 0; bool beside = false; };   // of a block while it was over the terrain; or as it started beside it
   struct ProbeTrack { double peak = 0, peak_time = 0; Vec3 last = Vec3::Zero(); };
   struct StructureTrack {
     double damage = 0, damaged_volume = 0, spalled_volume = 0;
@@ -91,6 +98,8 @@ class SummaryBuilder {
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   bool moves(std::size_t block) const;
+  bool struck(std::size_t block) const;
+  bool started_beside(std::size_t block) const;
   void left_line(std::vector<std::string>& lines) const;
   void add_block(std::size_t i, const sim::HistoryRow& row);
   void add_structure(std::size_t i, const sim::HistoryRow& row);

@@ -1,5 +1,11 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include "scene/reading.hpp"
 
 namespace talus::scene {
@@ -8,12 +14,111 @@ namespace {
 constexpr double least_density = 100, most_density = 20000;   // [kg/m^3] foam to tungsten
 constexpr auto warning = Problem::Severity::warning;
 
+/// A stress or modulus far below what the key can mean is one in MPa or GPa, written without its unit.
+struct Usual {
+  const char* key;
+  double least, most;       // what is beyond is hardly meant
+  double unit;              // that was probably left out
+  const char* name;
+  const char* what;         // it is not
+};
+constexpr Usual of_material[] = {
+    {"young", 1e5, 2e12, 1e9, "GPa", "the modulus of no rock, concrete, steel or soil"},
+    {"tensile_strength", 1e4, 1e9, 1e6, "MPa", "the tensile strength of no rock or concrete"},
+    {"fracture_energy", 1, 1e5, 1e3, "kN/m", "the fracture energy of no rock or concrete"},
+};
+constexpr Usual of_interface[] = {
+    {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
+    {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+};
+constexpr Usual of_joint[] = {
+    {"cohesion", 10, 1e9, 1e6, "MPa", "next to nothing"},
+    {"tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+    {"bond_tension", 10, 1e9, 1e6, "MPa", "next to nothing"},
+    {"bond_shear", 10, 1e9, 1e6, "MPa", "next to nothing"},
+};
+constexpr Usual of_rebar[] = {
+    {"yield", 1e8, 3e9, 1e6, "MPa", "the yield stress of no reinforcement"},
+    {"prestress", 1e6, 3e9, 1e6, "MPa", "no prestress of a bar"},
+};
+
+template <std::size_t N>
+void warn_of_unusual(const View& view, const Usual (&list)[N]) {
+  for (const Usual& u : list) {
+    const auto value = view.maybe(u.key);
+    if (!value || !(*value > 0) || (*value >= u.least && *value <= u.most)) continue;
+    const Dimension d = view.key_of(u.key).dimension;
+    const bool bare = view.get(u.key)->is_number() && *value < u.least && *value * u.unit >= u.least && *value * u.unit <= u.most;
+    view.problem(u.key, fmt::format("{:.4g} {} is {}", *value, unit_name(d), u.what),
+                 bare ? fmt::format("a bare number is in {}: did you mean \"{:g} {}\"?", unit_name(d), *value, u.name) : std::string("check the number and its unit"), warning);
+  }
+}
+
+/// Least side of the section that stirrups go round, and length of the member [m]; 0: not known.
+std::pair<double, double> section_and_length(const StructureSpec& spec) {
+  const auto measure = [&](const char* name, double otherwise) {
+    for (const auto& [key, value] : spec.parameters)
+      if (key == name) return value;
+    return otherwise;
+  };
+  if (spec.kind == "column") return {std::min(spec.size.x(), spec.size.y()), spec.size.z()};
+  if (spec.kind == "viaduct") return {std::min(measure("pier_width", 1.5), measure("pier_depth", 1.5)), measure("pier_height", 10)};
+  if (spec.kind == "box") return {spec.size.minCoeff(), spec.size.maxCoeff()};
+  return {0, 0};
+}
+
+void warn_of_unusual_bars(const View& rule, const StructureSpec& spec) {
+  warn_of_unusual(rule, of_rebar);
+  const auto [side, length] = section_and_length(spec);
+  if (!(side > 0) || !(length > 0) || rule.text("part") != "pier") return;
+  if (const auto spacing = rule.maybe("spacing"); spacing && rule.text("kind") == "stirrups") {
+    if (*spacing >= length) rule.problem("spacing", fmt::format("is longer than the member ({:.4g} m): it would have no stirrups", length), "check the unit: stirrups stand some 0.1 to 0.4 m apart");
+    else if (*spacing > side) rule.problem("spacing", fmt::format("is wider than the section's least side ({:.4g} m): such stirrups hold no bar and carry no shear", side), "check the unit: stirrups stand some 0.1 to 0.4 m apart", warning);
+  }
+  if (const auto cover = rule.maybe("cover"); cover && *cover > 0.25 * side && *cover < 0.5 * side)
+    rule.problem("cover", fmt::format("puts the bars deep within the section, of {:.4g} m: in bending they do little", side), "check the unit: concrete outside of bars is some 30 to 100 mm", warning);
+}
+
+/// Angles without a unit: a whole number is hardly one of radians; of others the plan tells the degrees.
+void warn_of_bare_angles(const Node& table, const std::string& path, const Reading& in) {
+  for (const Node::Entry& entry : table.entries) {
+    const std::string below = path.empty() ? entry.key : path + "." + entry.key;
+    const Key* key = find_key(below);
+    const Node& node = entry.value;
+    const bool bare = key && key->type == Type::quantity && key->dimension == dimension::angle && !node.bad && node.is_number() && node.as_number() != 0;
+    const double degrees = node.as_number() * 180 / std::numbers::pi;
+    if (bare && node.kind == Node::Kind::number) in.scene.notes.push_back(fmt::format("{} = {}, a bare number in radians: {:.4g} deg.", node.label, value_text(node), degrees));
+    if (bare && node.kind == Node::Kind::integer) {
+      Problem p;
+      p.severity = warning;
+      p.file = node.where.file, p.line = node.where.line, p.column = node.where.column;
+      p.key = node.label;
+      p.value = value_text(node);
+      p.rule = fmt::format("a bare number is in radians: this is {:.4g} deg", degrees);
+      p.remedy = fmt::format("write \"{} deg\", or \"{} rad\" if it is meant", node.integer, node.integer);
+      in.problems.push_back(std::move(p));
+    }
+    if (node.kind == Node::Kind::table) warn_of_bare_angles(node, below, in);
+    for (const Node& item : node.items)
+      if (item.kind == Node::Kind::table) warn_of_bare_angles(item, below, in);
+  }
+}
+
 }  // namespace
 
 void warn_of_the_implausible(const Reading& in, const View& root) {
-  for (const View& view : root.tables("material"))
+  for (const View& view : root.tables("material")) {
     if (const auto density = view.maybe("density"); density && *density > 0 && (*density < least_density || *density > most_density))
       view.problem("density", fmt::format("{:.4g} kg/m^3 is no rock, concrete or steel", *density), "check the unit: rock is about 2.6 t/m^3, or 2600 kg/m^3", warning);
+    warn_of_unusual(view, of_material);
+  }
+  for (const View& view : root.tables("interface")) warn_of_unusual(view, of_interface);
+  if (const auto mass = root.table("rock_mass"))
+    for (const View& view : mass->tables("joint_set")) warn_of_unusual(view, of_joint);
+  const std::vector<View> structures = root.tables("structure");
+  for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i)
+    for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
+  if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
   if (const auto simulation = root.table("simulation"); simulation && simulation->get("gravity") && in.scene.simulation.gravity.z() > 0)
     simulation->problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
 }

@@ -195,6 +195,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   scene.file = absolute.string();
   Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}, {}};
   const View view(root, "", problems);
+  note_places(root, scene.places);
   scene.title = view.text("title");
   read_resolved_header(in, view);
   read_simulation(in, view);

@@ -35,6 +35,8 @@ void read_blocks(Reading& in, const View& root);
 void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
+/// Where every table and key stands. Entries of a list that have no name go by their place, and by the name that they get.
+void note_places(const Node& root, std::map<std::string, Where>& places);
 /// Warns of numbers that are allowed and hardly meant.
 void warn_of_the_implausible(const Reading& in, const View& root);
 /// Last, when everything that can touch is known.

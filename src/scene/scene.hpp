@@ -10,6 +10,7 @@
 #include "contact/surface.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
+#include "scene/document.hpp"
 
 namespace talus::scene {
 
@@ -172,11 +173,16 @@ struct Scene {
   std::vector<std::pair<std::string, std::string>> files;  // every file that was named: absolute path, SHA-256
   std::vector<std::string> notes;                          // what was chosen for the user, one line per fact
   std::vector<Problem> warnings;
+  std::map<std::string, Where> places;                     // of tables and keys that the file has, by their names in messages: "block.B1.position"
+  bool prescribed_impact = false;                          // made by talus impact from its [impact]
   std::string resolved_json;    // every default filled in, absolute paths with hashes
 };
 
 /// The scene as scene.resolved.json: what read_scene turns back into the same scene, bit for bit.
 std::string resolved_json(const Scene& scene);
+
+/// Where the scene says what a message's key names, or the nearest table above it; null: nowhere.
+const Where* place_of(const Scene& scene, const std::string& key);
 
 /// `--set KEY=VALUE` of the command line.
 using Overrides = std::vector<std::pair<std::string, std::string>>;

@@ -3,6 +3,7 @@
 #include <numeric>
 #include <string_view>
 #include <tuple>
+#include <utility>
 
 #include "sim/builder.hpp"
 #include "sim/section.hpp"
@@ -42,6 +43,9 @@ Builder::Builder(scene::Scene scene, Report report) : world_(std::make_unique<Wo
 
 std::unique_ptr<World> Builder::build() {
   const scene::Scene& s = world_->scene;
+  if (s.impact)
+    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "impact", .value = {}, .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
+                   .remedy = "start it by talus impact, or remove [impact]"}});
   model_.gravity = s.simulation.gravity;
   add_terrain();
   for (const scene::Block& b : s.blocks) add_block(b);
@@ -52,12 +56,15 @@ std::unique_ptr<World> Builder::build() {
   check_ground();
   env_.planes = s.planes;
   env_.laws = s.laws;
+  const std::size_t before = problems_.size();
   complete_laws();
   check_stiffness();
-  if (problems_.empty()) add_structures();
+  const bool laws = problems_.size() == before;
+  if (terrain_ || !s.site || !s.site->given()) add_structures();   // a viaduct may stand on the terrain
+  const bool whole = laws && env_.structures.size() == s.structures.size();
+  if (!problems_.empty() && !whole) fail();
   warn_of_small_blocks();
   pair_structures();
-  if (!problems_.empty()) throw InputError(problems_);
 
   coupling::SystemSettings settings;
   settings.step.fixed_step = s.simulation.step.value_or(0);
@@ -69,15 +76,32 @@ std::unique_ptr<World> Builder::build() {
   settings.longest_stretch = std::max(0.05, s.output.history_interval);
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
-  if (const std::vector<Problem> overlaps = initial_overlaps(*world_); !overlaps.empty()) throw InputError(overlaps);
+  for (Problem& overlap : initial_overlaps(*world_)) {
+    const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& p) { return p.key == overlap.key; });   // its centroid lies in the ground
+    if (!told) problems_.push_back(std::move(overlap));
+  }
+  if (!problems_.empty()) fail();
   if (s.simulation.method == scene::Simulation::Method::dda1988) {
     world_->paper.emplace();
     const coupling::Environment& env = world_->system->environment();
     if (env.terrain) world_->paper->surfaces.push_back(env.terrain.get());
     for (const coupling::StructurePart& p : env.structures) world_->paper->surfaces.push_back(p.index.get());
   }
+  for (Problem& p : world_->scene.warnings) locate(p);
   fill_header();
   return std::move(world_);
+}
+
+void Builder::locate(Problem& p) const {
+  if (p.line > 0 || (!p.file.empty() && p.file != world_->scene.file)) return;
+  if (const scene::Where* place = scene::place_of(world_->scene, p.key)) p.file = place->file, p.line = place->line, p.column = place->column;
+}
+
+void Builder::fail() {
+  for (Problem& p : world_->scene.warnings) problems_.push_back(std::move(p));   // a foot in the air explains a probe that is far
+  for (Problem& p : problems_) locate(p);
+  std::stable_sort(problems_.begin(), problems_.end(), [](const Problem& a, const Problem& b) { return std::pair(a.line, a.column) < std::pair(b.line, b.column); });
+  throw InputError(problems_);
 }
 
 void Builder::problem(std::string key, std::string value, std::string rule, std::string remedy) {

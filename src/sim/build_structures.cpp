@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "coupling/touch.hpp"
+#include "sim/fineness.hpp"
 #include "sim/footing.hpp"
 
 namespace talus::sim {
@@ -45,6 +46,7 @@ void Builder::add_structures() {
     }
     part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
+    add_warnings(fineness_problems(spec));
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));

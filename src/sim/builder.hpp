@@ -25,6 +25,10 @@ class Builder {
 
  private:
   void problem(std::string key, std::string value, std::string rule, std::string remedy);
+  /// Where the scene's file says it, if it does.
+  void locate(Problem& p) const;
+  /// Throws InputError with all that was found, warnings too, in the order of the file.
+  [[noreturn]] void fail();
   void add_problems(const std::vector<Problem>& found);
   void add_warnings(const std::vector<Problem>& found);
 

@@ -46,6 +46,8 @@ struct RunHeader {
   std::vector<StructureInfo> structures;
   std::vector<std::string> materials;
   std::vector<std::string> plan;   // what is computed and what is left out, one line per fact
+  std::vector<std::string> warnings;   // of the scene and of what was built from it, a sentence each
+  bool prescribed_impact = false;  // talus impact: a block that is there to strike
 };
 
 /// Energies in J, cumulative work since the start; dissipation positive (interface.md).

@@ -7,6 +7,7 @@
 
 #include "contact/impact_damping.hpp"
 #include "coupling/touch_spring.hpp"
+#include "sim/fineness.hpp"
 #include "sim/ground.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
@@ -138,10 +139,10 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
 
 }  // namespace
 
-std::vector<Problem> Simulation::cost_warnings() const {
+std::vector<Problem> Simulation::warnings() const {
   constexpr double day = 86400, impact = 0.5;   // [s]: a blow and its first swing
   const World& w = *world_;
-  std::vector<Problem> found;
+  std::vector<Problem> found = w.scene.warnings;
   const auto& parts = w.system->environment().structures;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].fixed_surface && !parts[i].one_way) continue;
@@ -223,6 +224,10 @@ std::vector<std::string> Simulation::plan() const {
       for (std::string& line : contact_lines(w, i)) lines.push_back(std::move(line));
     }
   }
+  if (!s.coupling.fragments && std::any_of(s.structures.begin(), s.structures.end(), [](const StructureSpec& q) { return q.damage != "none" || q.kind == "viaduct"; }))
+    lines.push_back("Fragments: off; parts that lose their support stay in the mesh, and sink through the ground from then on (the run warns of it).");
+  for (std::size_t i = 0; i < s.structures.size(); ++i)
+    if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
   for (const ContactLaw& l : s.laws.law) {
     springs = springs || l.stiffness != ContactLaw::Stiffness::hard;

@@ -72,6 +72,10 @@ class Telling {
     if (!born.empty()) sink_.extend(born);
   }
 
+  void warnings() {
+    for (const std::string& text : w_.take_warnings()) sink_.warning(text);
+  }
+
   void history() {
     const HistoryRow row = w_.row();
     sink_.history(row);
@@ -108,6 +112,12 @@ class Telling {
   Clocks clocks_;
   double last_row_;   // time of the last history row [s]
 };
+
+bool all_left(const World& w) {
+  const auto& blocks = w.system->model().blocks;
+  const auto moving = static_cast<std::size_t>(std::count_if(blocks.begin(), blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; }));
+  return moving > 0 && w.system->departed().size() == moving;
+}
 
 bool audited(const World& w) { return !w.system->environment().structures.empty() && !w.paper; }
 
@@ -157,6 +167,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
         break;
       }
       tell.fragments();
+      tell.warnings();
       const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();
       const bool last = t >= duration || rest;
       if (t >= th || last) {
@@ -174,7 +185,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
         sink.checkpoint(save());
       }
       if (rest) {
-        result.status = "at rest";
+        result.status = all_left(w) ? "all left" : "at rest";
         break;
       }
     }

@@ -1,12 +1,32 @@
 #include "sim/simulation.hpp"
 
+#include <fmt/format.h>
+
+#include <filesystem>
+#include <string_view>
+
 #include "sim/world.hpp"
 
 namespace talus::sim {
+namespace {
+
+/// "scene.toml:12:1: key = value: rule; remedy". Of the file the name alone: a summary is read where its directory says nothing.
+std::string sentence(Problem problem) {
+  problem.file = std::filesystem::path(problem.file).filename().string();
+  const std::string place = problem.file.empty() ? "" : problem.line > 0 ? fmt::format("{}:{}:{}: ", problem.file, problem.line, problem.column) : problem.file + ": ";
+  problem.file.clear();
+  constexpr std::string_view mark = "warning: ";
+  const std::string text = problem.str();
+  return place + (text.starts_with(mark) ? text.substr(mark.size()) : text);
+}
+
+}  // namespace
 
 Simulation::Simulation(scene::Scene scene, std::function<void(const std::string&)> report)
     : world_(build(std::move(scene), std::move(report))) {
   world_->header.plan = plan();
+  world_->header.prescribed_impact = world_->scene.prescribed_impact;
+  for (const Problem& p : warnings()) world_->header.warnings.push_back(sentence(p));
 }
 
 Simulation::~Simulation() = default;

@@ -32,13 +32,14 @@ class Sink {
   virtual void contacts(std::span<const ContactRow>) {}
   virtual void field(double /*time*/, std::span<const Pose>, std::span<const Structure::Snapshot>) {}
   virtual void extend(std::span<const RunHeader::BlockInfo>) {}
+  virtual void warning(const std::string& /*text*/) {}
   virtual void checkpoint(const Checkpoint&) {}
   /// After every history row: t, duration, statistics, relative energy residual.
   virtual void progress(double /*time*/, double /*duration*/, const RunCounters&, double /*residual*/) {}
 };
 
 struct RunResult {
-  std::string status = "done";    // done, at rest, interrupted, failed
+  std::string status = "done";    // done, at rest, all left (fell past all that could hold them), interrupted, failed
   std::string message;
   RunCounters counters;
   InterfaceAudit audit;
@@ -59,8 +60,8 @@ class Simulation {
   const scene::Scene& scene() const;
   /// What is computed and what is left out and why, degrees of freedom, memory, time.
   std::vector<std::string> plan() const;
-  /// Structures fine enough that a touched second of them takes days.
-  std::vector<Problem> cost_warnings() const;
+  /// Of the scene, of what was built from it, and of structures so fine that a touched second of them takes days.
+  std::vector<Problem> warnings() const;
   /// What stepping, results and report hold beyond what stands after the building, at most [MB]; measured (docs/results/robustness.md).
   double memory_of_run() const;
 

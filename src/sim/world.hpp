@@ -33,6 +33,7 @@ class World {
   std::optional<PaperScheme> paper;                  // steps instead, if method is "dda-1988"
   RunHeader header;
   std::vector<std::vector<double>> displaced;        // per structure, how far each of its nodes is at the start from where the scene has it [m]; empty: not at all
+  std::vector<char> told_unsupported;                // per structure; empty: none
   std::vector<std::string> notes;                    // what was left out and why
   Report report;
   double energy_start = 0;                           // [J]
@@ -45,6 +46,8 @@ class World {
   bool advance_to(double t, const std::atomic<int>* stop = nullptr);
   /// Turns the structures' loose parts into blocks; returns what was added.
   std::vector<RunHeader::BlockInfo> take_fragments();
+  /// Structures that have lost the support of a part which stays where it is (coupling.fragments = false): a sentence each, once in a run.
+  std::vector<std::string> take_warnings();
   HistoryRow row();
   LedgerRow ledger();
   RunCounters counters() const;

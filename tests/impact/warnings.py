@@ -1,4 +1,5 @@
-"""What `talus check` says of scenes that are hardly meant: structures in the air or under ground, slips of units, cells by the billion.
+"""What is said of scenes that are hardly meant: structures in the air or under ground, slips of units, cells by the billion; of runs that show nothing of what was
+meant: blows that miss, blocks beside the terrain, piers that are lost.
 At the end the design checks of a slab: depth and ratio from its bars.
 
 Usage: warnings.py TALUS DIRECTORY
@@ -9,6 +10,7 @@ import pathlib
 import re
 import resource
 import shutil
+import struct
 import subprocess
 import sys
 
@@ -109,6 +111,124 @@ expect("no friction", check(base.replace("friction = 0.6\n", "")), 2, "add frict
 expect("in the ground", check(base, "--set", "block.B.position=[80, 80, 21.3]"), 2, "raise it by 0.201 m or more, to z = 21.501")
 expect("out of the ground", check(base, "--set", "block.B.position=[80, 80, 21.501]"), 0, "No problems found")
 expect("in a column", check(base + column % ("6", "1 m"), "--set", "block.B.position=[21.3, 50, 12]"), 2, "move it by [0.2, 0, 0] m or farther")
+# Fewer than three cells across where damage is asked for; three to five are told in the plan, six and more not at all.
+for size, expected, absent in (("1 m", "makes 2 cells across the smallest section (2 m)", "Damage of P"), ("0.5 m", "Damage of P: 4 cells across its smallest section (2 m)", "makes 4"), ("0.33 m", "No problems found", "Damage of P")):
+    expect(f"cells of {size} with damage", check(base + column % ("6", size) + 'damage = "concrete"\n'), 0, expected, absent=[absent])
+expect("cells of 1 m without damage", check(base + column % ("6", "1 m")), 0, "No problems found", absent=["Damage of P"])
+expect("fragments off", check(base + column % ("6", "0.33 m") + 'damage = "concrete"\n[coupling]\nfragments = false\n'), 0, "No problems found", "Fragments: off; parts that lose their support stay in the mesh")
+
+# Problems that show when the world is built: all of them at once, each with its place in the file.
+text = base.replace("position = [80, 80, 40]", "position = [80, 80, 21.3]") + column % ("6", "1 m") + 'damage = "concrete"\n[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "28 mm"\ncover = "1.1 m"\n[[structure.probe]]\nname = "far"\nat = [500, 50, 12]\n'
+text += column.replace('"P"', '"Q"') % ("6", "1 mm")
+at = {key: 1 + text[:text.rfind(key)].count("\n") for key in ('cover = "1.1 m"', 'cell_size = "1 mm"', "position = [80, 80, 21.3]")}
+expect("several at once", check(text), 2, f"scene.toml:{at['cell_size = ' + chr(34) + '1 mm' + chr(34)]}:", "structure.Q.cell_size", "structure.P.rebar", "leaves no room for the bars")
+text = base.replace("position = [80, 80, 40]", "position = [80, 80, 21.3]") + column % ("6", "1 m") + '[[structure.probe]]\nname = "far"\nat = [500, 50, 12]\n'
+expect("overlap and probe", check(text), 2, f"scene.toml:{at['position = [80, 80, 21.3]']}:12: error: block.B.position", "raise it by 0.201 m", f"scene.toml:{1 + text[:text.index('at = [500')].count(chr(10))}:", "structure.P.probe.far.at")
+
+# Grids in degrees, and pictures without a place.
+degrees = "ncols 11\nnrows 11\nxllcenter 11.2\nyllcenter 47.1\ncellsize 0.0001\n"
+(out / "degrees.asc").write_text(degrees + "\n".join(" ".join(str(1500 + 2.5 * i) for i in range(11)) for _ in range(11)) + "\n")
+expect("a grid in degrees", check(base.replace("slope.asc", "degrees.asc")), 2, "looks like degrees of longitude and latitude", "gdalwarp")
+
+
+def tiff(name, extra=()):
+    """4 x 4 heights of a byte; `extra` tags as (number, type, values), types 3 (16 bit) and 12 (double)."""
+    tags = [(256, 3, [4]), (257, 3, [4]), (258, 3, [8]), (259, 3, [1]), (262, 3, [1]), (273, 4, [0]), (277, 3, [1]), (278, 3, [4]), (279, 4, [16]), *extra]
+    data_at, data, entries = 8 + 2 + 12 * len(tags) + 4, bytes(range(16)), b""
+    for number, kind, values in tags:
+        packed = struct.pack("<%d%s" % (len(values), {3: "H", 4: "I", 12: "d"}[kind]), *(values if number != 273 else [data_at]))
+        if len(packed) > 4:
+            packed, data = struct.pack("<I", data_at + len(data)), data + packed
+        entries += struct.pack("<HHI", number, kind, len(values)) + packed.ljust(4, b"\0")
+    (out / name).write_bytes(struct.pack("<2sHIH", b"II", 42, 8, len(tags)) + entries + struct.pack("<I", 0) + data)
+
+
+tiff("picture.tif")
+expect("a TIFF without a place", check(base.replace("slope.asc", "picture.tif")), 2, "is a picture without a place", "gdal_translate", absent=["give an ESRI ASCII grid"])
+tiff("wgs84.tif", [(33550, 12, [0.0001, 0.0001, 0]), (33922, 12, [0, 0, 0, 11.2, 47.1, 0]), (34735, 3, [1, 1, 0, 3, 1024, 0, 1, 2, 1025, 0, 1, 1, 2048, 0, 1, 4326])])
+expect("a GeoTIFF in degrees", check(base.replace("slope.asc", "wgs84.tif")), 2, "is in degrees of longitude and latitude (EPSG:4326)", "gdalwarp")
+
+
+def run(name, text, *settings, command="run"):
+    (out / f"{name}.toml").write_text(text)
+    done = subprocess.run([talus, command, f"{name}.toml", "-o", name, *settings], cwd=out, capture_output=True, text=True, timeout=120)
+    return (done.returncode, done.stdout, done.stderr), json.loads((out / name / "summary.json").read_text()) if done.returncode == 0 else {}
+
+
+def require(what, good, text):
+    global failures
+    if not good:
+        failures += 1
+        print(f"{what}:\n{text}")
+
+
+# What check warns of is told by a run, in its summary and its report too, once.
+got, summary = run("slip", base.replace("friction = 0.6", "friction = 35"), "--set", 'simulation.duration="20 ms"')
+expect("warned at the start", got, 0, "unusually large")
+require("told once", got[2].count("unusually large") == 1, got[2])
+require("in the summary", [w.startswith("slip.toml:") and "interface.*/*.friction = 35: " in w for w in summary.get("warnings", [])] == [True], summary.get("warnings"))
+require("in the report", "unusually large" in (out / "slip/report.html").read_text(), "report.html")
+
+# [impact] in a run without it.
+impact = """[impact]
+material = "rock"
+shape = "sphere"
+mass = 100
+velocity = "5 m/s"
+point = [%s, 50, 12]
+"""
+expect("check with [impact]", check(base + column % ("6", "1 m") + impact % 19), 0, "only talus impact takes the block of [impact]", "1 warning")
+got, summary = run("left-out", base + column % ("6", "1 m") + impact % 19, "--set", 'simulation.duration="20 ms"', "--set", "output.report=false")
+require("run with [impact]", len(summary.get("warnings", [])) == 1 and "[impact]" in summary["warnings"][0], summary.get("warnings"))
+miss = base + column % ("6", "1 m") + impact % 19
+got, summary = run("miss", miss.replace("19, 50, 12", "19, 58, 12"), "--set", 'simulation.duration="20 ms"', "--set", "output.report=false", command="impact")
+expect("a miss", got, 0, "the block passes P by", "never touched P within 0.02 s")
+require("a miss in the summary", sum("never touched P" in w for w in summary.get("warnings", [])) == 1, summary.get("warnings"))
+got, summary = run("hit", miss, "--set", 'simulation.duration="20 ms"', "--set", "output.report=false", command="impact")
+require("a hit", summary.get("hit") and not any("touched" in w or "[impact]" in w for w in summary["warnings"]), got)
+
+# Beside the terrain: it falls, and is not at rest.
+got, summary = run("beside", base.replace("position = [80, 80, 40]", "position = [300, 80, 40]").replace('duration = "1 s"', 'duration = "60 s"\nuntil = "rest"'))
+expect("beside the terrain", got, 0, "lies beside the terrain", "every block has left the model", absent=["at rest"])
+require("beside, in the summary", summary.get("status") == "all left" and any("started beside the terrain" in h for h in summary["headline"]) and not any("at rest" in h for h in summary["headline"]), summary.get("headline"))
+
+# A thin pier that a boulder snaps: while its pieces stay in the mesh, the run says so; its pier is lost, and has no reserve.
+thin = """schema = 1
+[simulation]
+duration = "0.3 s"
+[[plane]]
+normal = [0, 0, 1]
+material = "ground"
+""" + materials + """[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1, 1, 1]
+position = [-0.7, 0, 1.5]
+velocity = [25, 0, 0]
+[[structure]]
+name = "P"
+kind = "column"
+material = "C30"
+base = [0, 0, 0]
+section = [0.3, 0.3]
+height = 3
+cell_size = "0.1 m"
+damage = "concrete"
+damping_ratio = 0.02
+"""
+got, summary = run("hanging", thin + "[coupling]\nfragments = false\n", "--set", "output.report=false")
+told = [w for w in summary.get("warnings", []) if "have lost their support" in w]
+require("a part without support", len(told) == 1 and told[0] in got[2].replace("warning: ", ""), got[2] + str(summary.get("warnings")))
+got, summary = run("snapped", thin)
+expect("a pier that is gone", got, 0, absent=["lost their support"])
+member = summary["structures"][0]["members"][0]
+require("lost", member["damage_class_name"] == "lost" and member["top_came_off"] and member["residual_drift"] is None, member)
+done = subprocess.run([talus, "capacity", "snapped"], cwd=out, capture_output=True, text=True, timeout=120)
+expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ", "it bears nothing")
+member = json.loads((out / "snapped/capacity.json").read_text())["members"][0]
+require("no reserve", member["lost"] and member["reserve"] is None and member["capacity_now"] is None and member["ratio"] is None, member)
+
 # A slab of 0.5 m, bars of 20 mm each 0.5 m both ways, 40 mm and 60 mm from both faces to their middle: d = (0.46 + 0.44)/2, rho = sqrt(rho_x rho_y).
 rows = ["bar,diameter,x,y,z,grade"]
 for z, axis in ((0.21, "x"), (-0.21, "x"), (0.19, "y"), (-0.19, "y")):

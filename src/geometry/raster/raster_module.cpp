@@ -2,6 +2,7 @@
 #include "geometry/raster/raster_module.hpp"
 
 #include <cpl_conv.h>
+#include <cpl_error.h>
 #include <gdal.h>
 #include <ogr_srs_api.h>
 
@@ -31,7 +32,7 @@ void start() {
 }
 
 bool fail(Raster* r, const char* what) {
-  const char* detail = CPLGetLastErrorMsg();
+  const char* detail = CPLGetLastErrorType() >= CE_Failure ? CPLGetLastErrorMsg() : nullptr;   // not what it merely warned of
   r->error = detail && *detail ? std::string(what) + ": " + detail : what;
   return false;
 }
@@ -60,7 +61,10 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
   out->rows = GDALGetRasterYSize(data);
-  if (GDALGetGeoTransform(data, out->transform) != CE_None) return fail(out, "has no georeference");
+  if (GDALGetGeoTransform(data, out->transform) != CE_None) {
+    out->placed = false;
+    return false;
+  }
   if (GDALGetRasterCount(data) < 1) return fail(out, "has no band");
   if (const double nodes = static_cast<double>(out->columns) * out->rows; nodes > most_nodes) {
     CPLErrorReset();
@@ -77,6 +81,7 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
     for (double& z : out->values)
       if (z == nodata || (std::isnan(nodata) && std::isnan(z))) z = std::numeric_limits<double>::quiet_NaN();
   out->crs = name_of(GDALGetSpatialRef(data));
+  out->geographic = GDALGetSpatialRef(data) && OSRIsGeographic(GDALGetSpatialRef(data)) != 0;
   return true;
 }
 

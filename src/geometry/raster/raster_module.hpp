@@ -12,6 +12,8 @@ struct Raster {
   double transform[6] = {0, 1, 0, 0, 0, -1};  // as GDAL's; map units
   std::vector<double> values;                 // rows x columns, row 0 first in the file; NaN where there is no data
   std::string crs;                            // "EPSG:31254", or WKT, or empty
+  bool placed = true;                         // false: the file does not say where it lies, nor how large its cells are
+  bool geographic = false;                    // by its CRS: longitude and latitude in degrees
   std::string error;                          // filled when a call fails
 };
 

@@ -26,6 +26,16 @@ TEST(UntilRest, BlocksThatLeftTheModelAreNotWaitedFor) {
   EXPECT_EQ(o.simulation->departed(), std::vector<std::string>{"astray"});
 }
 
+TEST(UntilRest, WhereAllHaveLeftTheModelNothingIsAtRest) {
+  SceneText s(Method::by_accuracy(1e-3), 20, {0, 0, -9.81}, "until = \"rest\"\n");
+  s.history(0.05).material("rock", 2600).interface("rock", "rock", 0.5);
+  s.box("ledge", Vec3(2, 2, 1), Vec3(0, 0, 0), "fixed = true\n").box("astray", Vec3::Ones(), Vec3(5, 0, 3));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok());
+  EXPECT_EQ(o.result.status, "all left");
+  EXPECT_LT(o.last().time, 2);
+}
+
 TEST(UntilRest, NobodyDepartsWhileSomethingBelowCouldHoldIt) {
   const Outcome o = run_scene(ledge(false, "until = \"rest\"\n"));
   ASSERT_TRUE(o.ok());

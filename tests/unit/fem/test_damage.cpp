@@ -243,6 +243,35 @@ TEST(Damage, WhatIsPassedOverOnceItIsGoneChangesNoBit) {
   EXPECT_EQ(one, two);
 }
 
+/// A bar held at its lower end and torn: while its upper part stays in the mesh, it is told, once.
+TEST(Damage, APartThatNothingHoldsAnyMoreIsToldWhereItStays) {
+  StructureSpec s = concrete_bar(10);
+  s.size = Vec3(1.0, 0.2, 0.2);
+  FemStructure bar(s, Vec3::Zero(), silent);
+  const int nodes = static_cast<int>(bar.mesh().nodes.size());
+  double mass = 0;
+  for (const double v : cell_volumes(bar.mesh())) mass += s.density * v;
+  const double h = bar.critical_step();
+  EXPECT_EQ(bar.unsupported().mass, 0);
+  Structure::Unsupported lost;
+  double t = 0;
+  for (int i = 0; i < 4000 && lost.mass == 0; ++i) {
+    bar.predict(t, h);
+    std::vector<NodeImpulse> pull;
+    for (int n = 0; n < nodes; ++n)
+      if (bar.mesh().nodes[n].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+    bar.correct(t, h, pull);
+    t += h;
+    lost = bar.unsupported();
+  }
+  ASSERT_GT(lost.mass, 0);
+  EXPECT_NEAR(lost.share, lost.mass / mass, 1e-9);
+  EXPECT_EQ(bar.unsupported().mass, 0);   // nothing has gone on since
+  // The same piece as comes off where pieces do: of the mass, what is beyond the crack.
+  EXPECT_GT(lost.centroid.x(), 0);
+  EXPECT_LT(lost.share, 0.8);
+}
+
 /// Two spans of 12 m on piers of 6 m, in cells of 1 m.
 StructureSpec two_spans() {
   StructureSpec s;

@@ -108,6 +108,38 @@ TEST_F(GisFiles, DepositKeepsTheVolume) {
   EXPECT_GE(at(io::results_map(results, "deposit", 5), run.position(0, run.end)), volume[0]);
 }
 
+/// Over the edge northwards at 20 m/s after a second, then a free fall: the line ends at the edge, and nothing lies beyond it.
+TEST(GisTracks, EndWhereTheBlockLeftTheModel) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.structure = false;
+  run.blocks = 1;
+  run.terrain_nodes = 9;
+  io::RecorderOptions o;
+  o.directory = scratch.path / "out";
+  o.paraview = false;
+  io::Recorder recorder(o, run.header());
+  const Vec3 edge = run.offset + Vec3(80, 160, run.ground(80, 160) + 1);
+  sim::HistoryRow row = run.row(0, 1);
+  for (int k = 0; k <= 400; ++k) {
+    row.time = 0.01 * k;
+    const double past = std::max(0.0, row.time - 1);
+    row.position[0] = edge + Vec3(0, 20 * (row.time - 1), -4.905 * past * past);
+    row.velocity[0] = Vec3(0, 20, -9.81 * past);
+    recorder.history(row);
+  }
+  recorder.finish({});
+  const auto results = o.directory / "results.h5";
+  const double left = io::Hdf5File::open(results).read<double>("/history/blocks/left").values.at(0);
+  EXPECT_NEAR(left, 1.0, 0.02);
+  const auto feature = nlohmann::json::parse(io::tracks_geojson(results))["features"][0];
+  EXPECT_EQ(feature["properties"]["left"], true);
+  EXPECT_EQ(feature["properties"]["end"], left);
+  EXPECT_NEAR(feature["geometry"]["coordinates"].back()[1].get<double>(), edge.y(), 0.5);
+  const auto deposit = io::results_map(results, "deposit", 5);
+  EXPECT_TRUE(std::all_of(deposit.values.begin(), deposit.values.end(), [](double v) { return std::isnan(v); }));
+}
+
 TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
   const auto map = io::results_map(results, "passages", 0);
   EXPECT_EQ(map.transform[1], 1);   // some 110 m of path

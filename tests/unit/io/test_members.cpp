@@ -60,6 +60,21 @@ TEST(MemberTrack, LoadsDriftAndClass) {
   EXPECT_EQ(j["damage_class_name"], "moderate");                      // 0.5 mm, V_dyn below V_Rd
 }
 
+TEST(MemberTrack, AMemberWhoseTopCameOffIsLostAndHasNoDrift) {
+  MemberTrack track(pier());
+  track.add(0, state(0, 0, 0), {});
+  MemberPeaks p;
+  p.drift = 0.02;
+  track.add(0.5, state(0, 0, 0.02), p);
+  track.add(1, state(0, 0, std::numeric_limits<double>::quiet_NaN()), p);
+  const auto j = track.summary();
+  EXPECT_EQ(j["damage_class_name"], "lost");
+  EXPECT_EQ(j["top_came_off"], true);
+  EXPECT_TRUE(j["residual_drift"].is_null());
+  EXPECT_TRUE(j["residual_drift_ratio"].is_null());
+  EXPECT_NEAR(j["peak_drift"].get<double>(), 0.02, 1e-12);   // while it was there
+}
+
 TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   Member m = pier();
   m.shear_design = m.shear_mean = {0, 0};   // not of concrete

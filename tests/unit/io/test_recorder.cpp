@@ -357,6 +357,69 @@ TEST(Recorder, ABlockCountsUntilItLeavesTheModel) {
   EXPECT_NE(headline.find("All other blocks are at rest"), std::string::npos) << headline;
 }
 
+TEST(Recorder, ABlockThatStartedBesideTheTerrainTellsNothing) {
+  SyntheticRun run = small();
+  run.structure = false;
+  sim::RunHeader header = run.header();
+  io::SummaryBuilder builder(header);
+  sim::HistoryRow row = run.row(0.1, 2);
+  for (int k = 0; k <= 100; ++k) {
+    row.time = 0.1 * k;
+    row.position[0] = run.offset + Vec3(300, 80, 100 - 4.905 * row.time * row.time);
+    row.velocity[0] = Vec3(0, 0, -9.81 * row.time);
+    row.velocity[1].setZero();
+    builder.add(row);
+  }
+  const auto j = nlohmann::json::parse(builder.text(nullptr));
+  EXPECT_EQ(j["blocks"][0]["drop"], 0.0);
+  EXPECT_EQ(j["blocks"][0]["left"], 0.0);
+  std::string headline;
+  for (const auto& line : j["headline"]) headline += line.get<std::string>() + "\n";
+  EXPECT_NE(headline.find("1 of 2 blocks started beside the terrain, with no ground below, and fell (B1)"), std::string::npos) << headline;
+  EXPECT_EQ(headline.find("left the model"), std::string::npos) << headline;
+  EXPECT_EQ(headline.find("B1 went"), std::string::npos) << headline;
+  EXPECT_NE(headline.find("All other blocks are at rest"), std::string::npos) << headline;
+}
+
+/// What the scene is warned of, and what a run tells on its way, in the summary: once, whether it was stopped or not.
+TEST(Recorder, WarningsOfTheSceneAndOfTheRunAreInTheSummaryOnce) {
+  const Scratch scratch;
+  SyntheticRun run = small();
+  run.end = 0.2;
+  sim::RunHeader header = run.header();
+  header.warnings = {"scene.toml:4:1: interface.rock/slope.friction = 35: unusually large"};
+  std::uint64_t position = 0;
+  {
+    io::Recorder recorder(options(scratch.path / "out"), header);
+    run.record(recorder, 0, 10, [](int) {});
+    recorder.warning("P2: lost its support");
+    position = recorder.checkpoint();
+    recorder.warning("told after the checkpoint, and told again by the run that goes on");
+  }
+  io::Recorder recorder(options(scratch.path / "out"), position);
+  const std::vector<std::string> expected{header.warnings[0], "P2: lost its support"};
+  EXPECT_EQ(recorder.warnings(), expected);
+  run.record(recorder, 11, 20, [](int) {});
+  EXPECT_EQ(io::summary_warnings(recorder.finish({})), expected);
+}
+
+TEST(Recorder, AnImpactThatMissesIsWarnedOf) {
+  SyntheticRun run = small();
+  sim::RunHeader header = run.header();
+  const auto warned = [&](bool prescribed, bool touches) {
+    header.prescribed_impact = prescribed;
+    io::SummaryBuilder builder(header);
+    builder.add(run.row(run.impact, 2));
+    if (touches) builder.add(run.contact_rows(run.impact, run.impact + 0.1));
+    for (const std::string& text : io::summary_warnings(builder.text(nullptr)))
+      if (text.find("the block of [impact] never touched P2 within 5 s") == 0) return true;
+    return false;
+  };
+  EXPECT_TRUE(warned(true, false));
+  EXPECT_FALSE(warned(true, true));
+  EXPECT_FALSE(warned(false, false));
+}
+
 TEST(Recorder, ABlockThatWasJustLetGoIsNotAtRest) {
   SyntheticRun run = small();
   run.structure = false;

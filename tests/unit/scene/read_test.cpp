@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -83,6 +84,55 @@ damage = "concrete"
   EXPECT_TRUE(s.laws(0, 0).chosen);
   ASSERT_EQ(s.warnings.size(), 1u);
   EXPECT_NE(s.warnings[0].str().find("friction 0.7"), std::string::npos);
+}
+
+/// What is allowed and hardly meant, each with the number of the sentence that it gives.
+TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
+  const Place place;
+  const auto warnings = [&](const std::string& text) {
+    std::string all;
+    for (const Problem& p : read_scene_text(text, place.scene()).warnings) all += p.str() + "\n";
+    return all;
+  };
+  const auto expect = [&](const std::string& from, const std::string& to, const std::string& said) {
+    const std::string before = warnings(full), after = warnings(changed(full, from, to));
+    EXPECT_EQ(before.find(said), std::string::npos) << before;
+    EXPECT_NE(after.find(said), std::string::npos) << "no word of " << said << " in\n" << after;
+  };
+  expect("young = \"3 GPa\"", "young = 30", "did you mean \"30 GPa\"?");
+  expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\ntensile_strength = 3.5", "did you mean \"3.5 MPa\"?");
+  expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15", "0.15 N/m is the fracture energy of no rock or concrete");
+  expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
+  expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
+  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+  EXPECT_EQ(warnings(changed(full, bars, rule)).find("rebar"), std::string::npos);
+  expect(bars, changed(rule, "150 mm", "3 m"), "wider than the section's least side (2 m)");
+  expect(bars, changed(rule, "40 mm", "60 cm"), "puts the bars deep within the section, of 2 m");
+  const Scene s = read_scene_text(changed(full, "dip = \"29 deg\" }", "dip = 0.6 }"), place.scene());
+  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0; }));
+}
+
+/// Where a problem that shows when the world is built stands in the file.
+TEST(ReadScene, PlacesOfKeysAreKept) {
+  const Place place;
+  const std::string unnamed = "[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [9.0, 9.0, 99.0]\n";
+  const std::string text = full + unnamed;
+  const Scene s = read_scene_text(text, place.scene());
+  const auto line = [&](const std::string& needle) { return 1 + std::count(text.begin(), text.begin() + static_cast<std::ptrdiff_t>(text.rfind(needle)), '\n'); };
+  const auto found = [&](const std::string& key) {
+    const Where* where = place_of(s, key);
+    return where ? where->line : 0;
+  };
+  EXPECT_EQ(found("block.B1.position"), line("position = [0.0, 0.0, 120.0]"));
+  EXPECT_EQ(found("block.B2.position"), line("position = [9.0, 9.0, 99.0]"));
+  EXPECT_EQ(found("block.B1.no_such_key"), line("[[block]]\nname"));
+  EXPECT_EQ(found("structure.P2.cell_size"), line("cell_size"));
+  EXPECT_EQ(found("structure.P2.probe.top.at"), line("at = [20.0, 0.0, 12.0]"));
+  EXPECT_EQ(found("interface.slope/rock.normal_stiffness"), line("normal_stiffness = \"30 GN/m\""));   // the scene has it the other way round
+  EXPECT_EQ(found("interface.C40/slope.friction"), line("friction = 0.6"));                               // by its stars
+  EXPECT_EQ(found("block.R12.position"), line("[rock_mass]"));
+  EXPECT_EQ(found("nothing.of.this"), 0);
+  EXPECT_TRUE(std::string(place_of(s, "block.B1.position")->file).ends_with("scene.toml"));
 }
 
 TEST(ReadScene, StiffnessFormsAndDefaults) {
