@@ -51,6 +51,16 @@ struct ContactLoss {
   }
 };
 
+/// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last step. A bed takes what yields now to have yielded on the whole way of the last
+/// step. Where it began to yield on that way only the rest of it went into crushing: what the last half step holds tells how much was stored.
+double crushed_by_half(const Touch& t, double before) {
+  const contact::Bed* const bed = t.normal_law.bed.get();
+  if (bed == nullptr) return t.normal_law.crushing_by_half(before, t.indentation);
+  const double stored_before = 2 * (t.stored - t.sheared) - t.normal_law.stored(-t.at.gap);
+  const double last = std::clamp(stored_before - bed->before(before), 0.0, -bed->crushing_before(before));
+  return 0.5 * (t.normal_law.crushing(t.indentation) + last);
+}
+
 }  // namespace
 
 /// The books of one step, or of one impulse of no duration (h = 0), or of some of its rows or bodies.
@@ -158,7 +168,7 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, c.impulse.tail<2>().dot(mean.tail<2>()));
-  const double crushed = t.mode == Mode::spring_secant ? t.normal_law.crushing_by_half(-t.at.gap + of.length_before(t, h) * t.approach, t.indentation) : t.normal_law.crushing(t.indentation);
+  const double crushed = t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach) : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
   const double freed = of.freed_shear(t);

@@ -124,6 +124,27 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
   return static_cast<int>(model_.blocks.size()) - 1;
 }
 
+namespace {
+
+/// What sleeping blocks press on a structure with: the forces that they fell asleep under, as rows that last over the stretch.
+std::vector<StructureContact> resting_rows(const SystemState& state, const std::vector<char>& awake, int structure, double duration) {
+  const std::uint64_t partner = Partner{Partner::Kind::structure, structure}.id();
+  std::vector<StructureContact> rows;
+  for (std::size_t b = 0; b < awake.size(); ++b) {
+    if (awake[b] != 0 || state.asleep[b] == 0) continue;
+    for (const ContactMemory& m : state.contacts[b]) {
+      if (m.partner != partner || m.force.isZero(0)) continue;
+      StructureContact& row = rows.emplace_back();
+      row.time = state.time + duration, row.dt = duration;
+      row.block = static_cast<int>(b), row.structure = structure;
+      row.point = m.place, row.force = -m.force, row.normal = m.normal;
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
   const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; });
   const bool searched = blocks_move || !env_.touching_structures.empty();   // a structure on its own meets nothing
@@ -210,6 +231,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       state_.asleep[k] = 1;
     }
   }
+  std::vector<char> awake(model_.blocks.size(), 0);
+  for (const Island& island : p.islands)
+    for (int b : island.blocks) awake[static_cast<std::size_t>(b)] = 1;
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
     StructurePart& part = env_.structures[q];
     if (!part.stepped() || p.structure_used[q]) continue;
@@ -218,6 +242,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       for (const IslandReport& r : reports)
         for (const StructureContact& row : r.rows)
           if (row.structure == static_cast<int>(q)) mine.push_back(row);
+      const std::vector<StructureContact> resting = resting_rows(state_, awake, static_cast<int>(q), duration);
+      mine.insert(mine.end(), resting.begin(), resting.end());
       if (!mine.empty()) {
         replay(part, duration, mine);
         schemes_[q] = "recorded loads";

@@ -173,6 +173,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
   t.shear = last.shear - t.at.normal * t.at.normal.dot(last.shear);
   if (last.stiffness < t.stiffness) t.shear *= last.stiffness / t.stiffness;   // columns that join are not sheared
   t.stored = last.normal_energy + last.shear_energy;
+  t.sheared = last.shear_energy;
   t.lasted = last.lasted;
   t.broken = last.broken;
   t.persistent = !last.force.isZero(0);
@@ -182,7 +183,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
 void stand_on_points(const TriangleSurface& skin, const Touch& whole, const contact::Footprint& part, const FaceBed& face, double limit, std::vector<Touch>& out) {
   Touch point = whole;
   point.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, whole.at.normal, part.deepest, 0.25 * whole.law->normal_stiffness, limit, face.deepest, face.crushed, face.rested);
-  for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored}) *shared *= 0.25;
+  for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored, &point.sheared}) *shared *= 0.25;
   point.warm *= 0.25;
   point.of_part = 0.25;
   bool first = true;

@@ -35,7 +35,7 @@ SurfaceWeights plane_weights(const TriangleSurface& surface, int triangle, const
 
 /// x on the triangle by its corners. What lies beside it by more than round-off keeps its negative part: forces there have their moment.
 SurfaceWeights surface_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
-  constexpr double round_off = 1e-9;
+  constexpr double round_off = 1e-13;
   const auto& t = surface.triangles[static_cast<std::size_t>(triangle)];
   const Vec3& a = surface.vertices[static_cast<std::size_t>(t[0])];
   const Vec3& b = surface.vertices[static_cast<std::size_t>(t[1])];

@@ -61,7 +61,8 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
     c.report.push_back(fmt::format("{} = {:.4g} {} ({})", name, out / unit, unit_name, given > 0 ? "given" : from));
   };
   take(c.young, input.young, 21.5e9 * std::cbrt(f_cm / 10), 1e9, "E", "GPa", "MC2010: 21.5 (f_cm/10)^(1/3)");
-  take(c.poisson, input.poisson, 0.2, 1, "nu", "", "assumed");
+  c.poisson = input.poisson;   // 0 is a value, too
+  c.report.push_back(fmt::format("nu = {:.4g}", c.poisson));
   take(c.density, input.density, 2450, 1, "density", "kg/m3", "assumed, reinforced");
   take(c.f_t, input.f_t, (f_ck <= 50 ? 0.3 * std::pow(f_ck, 2.0 / 3.0) : 2.12 * std::log(1 + 0.1 * f_cm)) * mpa, mpa, "f_t", "MPa",
        f_ck <= 50 ? "MC2010: 0.3 f_ck^(2/3)" : "MC2010: 2.12 ln(1 + 0.1 f_cm)");

@@ -35,9 +35,9 @@ struct Concrete {
   std::vector<std::string> report;  ///< one line per value: given, or derived and from what
 };
 
-/// What the user may give besides f_cm; zero means "derive it".
+/// What the user may give besides f_cm; zero means "derive it", but for Poisson's ratio.
 struct ConcreteInput {
-  double f_cm = 0, young = 0, poisson = 0, density = 0, f_t = 0, fracture_energy = 0, eps_c1 = 0, crushing_energy = 0, biaxial_ratio = 0;
+  double f_cm = 0, young = 0, poisson = 0.2, density = 0, f_t = 0, fracture_energy = 0, eps_c1 = 0, crushing_energy = 0, biaxial_ratio = 0;
 };
 
 /// Throws InputError with every value outside its range (f_cm 20 to 130 MPa, and values that contradict each other).

@@ -121,10 +121,21 @@ double BondSlip::envelope(double slip) const {
   return 0.4 * tau_max_;
 }
 
+namespace {
+
+/// Greatest |tau| [Pa]: away from the origin (also on reloading) that of the envelope, on the way back friction, a quarter of it. Through the origin it rises from one to the other by the
+/// unloading stiffness: with a jump there slips came to lie at 0 where no force balances the bar's.
+double bond_bound(double envelope, double stiffness, double slip, double trial) {
+  const double friction = 0.25 * envelope;
+  return trial * slip >= 0 ? std::min(envelope, friction + stiffness * std::abs(slip)) : friction;
+}
+
+}  // namespace
+
 double BondSlip::tangent(double slip, const State& old) const {
-  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic);
-  const double bound = (trial * slip >= 0 ? 1.0 : 0.25) * envelope(largest);
-  if (std::abs(trial) < bound) return unloading_;
+  const double largest = std::max(old.largest, std::abs(slip)), trial = unloading_ * (slip - old.plastic), full = envelope(largest);
+  const double bound = bond_bound(full, unloading_, slip, trial);
+  if (std::abs(trial) < bound || (trial * slip > 0 && bound < full)) return unloading_;
   if (std::abs(slip) < largest || largest >= s1_ || largest == 0) return 0;
   return std::min(unloading_, 0.4 * tau_max_ / s1_ * std::pow(largest / s1_, -0.6));
 }
@@ -134,9 +145,7 @@ BondSlip::Result BondSlip::operator()(double slip, const State& before, State& n
   next = old;
   next.largest = std::max(old.largest, std::abs(slip));
   const double trial = unloading_ * (slip - old.plastic);
-  // Away from the origin (also on reloading) the envelope rules; on the way back only friction does.
-  const bool outward = trial * slip >= 0;
-  const double bound = (outward ? 1.0 : 0.25) * envelope(next.largest);
+  const double bound = bond_bound(envelope(next.largest), unloading_, slip, trial);
   Result r;
   r.stress = std::clamp(trial, -bound, bound);
   next.plastic = slip - r.stress / unloading_;

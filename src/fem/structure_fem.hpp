@@ -294,6 +294,7 @@ class FemStructure : public Structure {
 
   // derived
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
+  double drag_ = 1;                  // between predict() and correct() 1 + alpha h/2, by which damping adds to the mass that an impulse meets
   AlignedVector inverse_mass_;       // nodes x 4, 0 where held
   AlignedVector f_int_, f_visc_, f_ext_, v_hat_;  // f_visc_ empty without damage
   bool forces_valid_ = false, weights_valid_ = false, laws_taken_ = false;   // laws_taken_: what they evaluated at the present state is accepted and booked

@@ -22,8 +22,8 @@ void FemStructure::synchronise(double t) {
   forces(t);
   for (const auto& [first, last] : own_)
     for (int i = 4 * first; i < 4 * last; ++i) v_[i] += 0.5 * h_last_ * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
-  // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction. Impulses act beside the damping (correct()).
-  const double pressed = 0.5 * h_last_ * (1 + 0.5 * alpha_ * h_last_) / (contact_step_ > 0 ? contact_step_ : 1.0);
+  // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
+  const double pressed = 0.5 * h_last_ / (contact_step_ > 0 ? contact_step_ : 1.0);
   for (const int n : struck_)
     if (own_node(n))
       for (int i = 4 * n; i < 4 * n + 3; ++i) v_[i] += pressed * inverse_mass_[i] * contact_impulse_[i];

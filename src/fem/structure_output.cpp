@@ -82,7 +82,7 @@ const TriangleSurface& FemStructure::surface() const {
 
 double FemStructure::node_mass(int node) const {
   const auto& held = supports_.held[node];
-  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : mass_[node];
+  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : drag_ * mass_[node];
 }
 
 Vec3 FemStructure::node_position(int node) const {

@@ -18,6 +18,11 @@ namespace {
 
 constexpr double steel_density = 7850;  // [kg/m^3]
 
+/// Whether any bar presses the concrete from the start.
+bool prestressed(const Bars* bars) {
+  return bars != nullptr && std::any_of(bars->list().begin(), bars->list().end(), [](const rebar::Bar& bar) { return bar.steel.prestress > 0; });
+}
+
 }  // namespace
 
 FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
@@ -82,7 +87,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     omega_1_ = first_frequency();
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
-  if (spec_.gravity_preload && !supports_.nodes.empty() && gravity_.norm() > 0) preload();
+  if (spec_.gravity_preload && !supports_.nodes.empty() && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
   divide();
@@ -98,7 +103,7 @@ void FemStructure::check_supports() {
   const std::optional<LoosePart> loose = loose_part(mesh_, supports_, springs());
   if (!loose) return;
   finite_ = true;
-  const bool weighs = spec_.gravity_preload && gravity_.norm() > 0;
+  const bool weighs = spec_.gravity_preload && (gravity_.norm() > 0 || prestressed(bars_.get()));
   if (!weighs && !(spec_.damping_ratio > 0)) return;
   const Vec3 at = mesh_.nodes[static_cast<std::size_t>(mesh_.hexes[static_cast<std::size_t>(loose->first)][0])];
   const std::string part = loose->cells == static_cast<int>(mesh_.hexes.size()) ? "the structure" : fmt::format("a part of {} cells, {} near ({:.4g}, {:.4g}, {:.4g}) and others", loose->cells, cell_name(mesh_, loose->first), at.x(), at.y(), at.z());
@@ -274,6 +279,14 @@ void FemStructure::preload() {
   for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) b[d] = f_ext_[4 * i + c];
+  // What the forces that find a balance are measured by: the weight; without gravity what the bars press with, at no displacement.
+  double pressed = 0;
+  if (gravity_.isZero(0) && bars_) {
+    bars_->add_forces(u_.data(), 0, live_, f_int_.data());
+    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+      for (int c = 0; c < 3; ++c)
+        if (const int d = dofs_.number[i][c]; d >= 0) b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
+  }
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
   double residual = 0, scale = 0;
   for (int pass = 0; pass < 40; ++pass) {
@@ -291,7 +304,7 @@ void FemStructure::preload() {
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    residual = scale = 0;
+    residual = 0, scale = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) {
@@ -314,7 +327,7 @@ void FemStructure::preload() {
   // The permanent load comes slowly: what it cracks is in balance before the run begins. Laws are evaluated from virgin concrete to u each time: what a pass overshoots leaves no crack.
   const AlignedVector elastic(u_);
   const auto left = [&](VecX& force) {
-    double size = 0;
+    double size = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) {

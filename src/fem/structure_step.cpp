@@ -96,6 +96,7 @@ void FemStructure::predict(double t, double h) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   const double a = 0.5 * alpha_ * kick;
   const double keep = (1 - a) / (1 + a), push = kick / (1 + a);
+  drag_ = 1 + a;
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (const auto& [first, last] : own_)
     for (int i = 4 * first; i < 4 * last; i += 4) {
@@ -130,9 +131,10 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
     for (int c = 0; c < 3; ++c) {
       const std::size_t i = 4 * static_cast<std::size_t>(p.node) + c;
       contact_impulse_[i] += p.impulse[c];
-      v_hat_[i] += inverse_mass_[i] * p.impulse[c];
+      v_hat_[i] += inverse_mass_[i] * p.impulse[c] / drag_;
     }
   }
+  drag_ = 1;
   watch_loads(t + h, h);   // by the forces of this step, before the displacements move on
   // This rank's part of the works, then of all.
   double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);

@@ -321,6 +321,22 @@ void read_impact(Reading& in, const View& root) {
     impact.point = Vec3(*column("x"), *column("y"), *column("z"));
     impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
     if (!(impact.velocity.norm() > 0)) view->problem("trajectories", "the velocity in this row must not be zero", "choose another row, or correct the file");
+    // Spin and orientation where the file has them and the scene does not say otherwise.
+    const auto all_of = [&](const std::vector<std::string>& names, const char* key) -> std::optional<std::vector<double>> {
+      std::vector<double> values;
+      for (const std::string& name : names)
+        if (const auto value = column(name)) values.push_back(*value);
+      if (values.empty() || view->has(key)) return {};
+      if (values.size() == names.size()) return values;
+      view->problem("trajectories", fmt::format("the header of the file has some of {} but not all", fmt::join(names, ", ")), fmt::format("name all of them, or none and give {}", key));
+      return {};
+    };
+    if (const auto w = all_of({"wx", "wy", "wz"}, "spin")) impact.spin = Vec3((*w)[0], (*w)[1], (*w)[2]);
+    if (const auto q = all_of({"qw", "qx", "qy", "qz"}, "orientation")) {
+      const Quat turn((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+      if (turn.norm() > 0) impact.rotation = turn.normalized().toRotationMatrix();
+      else view->problem("trajectories", "the quaternion in this row must not be zero", "correct the file");
+    }
     if (column("mass") && !view->has("volume")) impact.shape.mass = *column("mass");
     else if (column("volume") && !view->has("mass")) impact.shape.volume = *column("volume");
     const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 || impact.shape.size.x() > 0 || !impact.shape.vertices.empty() || !impact.shape.file.empty();

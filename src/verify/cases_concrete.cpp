@@ -137,7 +137,7 @@ Outcome pulled(CaseRun& c, const std::string& name, bool flared, const std::stri
   StructureText s;
   s.duration = 0.4;
   s.interval = 1e-3;
-  s.material = std::string(c30) + "\npoisson = 0.0";
+  s.material = std::string(c30) + "\npoisson = 0.2";
   s.body = fmt::format("kind = \"mesh\"\nfile = \"{}\"\nsupport = [\"LEFT\"{}]\nrebar = \"{}\"\n"
                        "damage = \"{}\"\nrate_effect = false\nerosion = false\n"
                        "integrator = \"explicit\"\npreload = \"none\"\ndamping_ratio = 0.3\n", mesh, straight, write_bar(mesh, end), damage);

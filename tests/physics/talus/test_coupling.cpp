@@ -164,6 +164,19 @@ TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
   for (const auto& r : o.rows) EXPECT_LT(std::abs(r.ledger.residual), 1e-11 * o.rows.front().ledger.kinetic) << r.time;
 }
 
+/// A block that fell asleep pressed no more: what the base carried beyond the slab was gone.
+TEST(OneWay, WhatSleepsGoesOnPressing) {
+  SceneText s(Method::by_accuracy(1e-3), 0.6, Vec3(0, 0, -9.81));
+  s.history(1e-2).material("concrete", 2500, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0.5, "normal_stiffness = \"1e8 N/m\"");
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(0, 0, 0.25));
+  s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, -0.25), {4, 4, 2}, "concrete", "support = [\"-z\"]\npreload = \"gravity\"\ndamping_ratio = 0.3\n"));
+  const Outcome o = run_scene(s.raw("[coupling]\nscheme = \"one-way\"\n").str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const double slab = 2 * 2 * 0.5 * 2500 * 9.81, block = 0.125 * 2600 * 9.81;
+  EXPECT_GT(o.result.counters.asleep_skipped, 0);
+  EXPECT_NEAR(o.last().structures[0].base_force.z(), -slab - block, 2e-3 * block);
+}
+
 /// Coupled steps of 5 ms in which a cube of 0.4 t lies on a slab, or comes down on it from 0.1 mm, and moves along at 20 m/s; over those that
 /// the slab's own stable step asks for.
 double steps_over_stable(double height, double down) {

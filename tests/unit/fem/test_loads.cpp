@@ -55,6 +55,28 @@ TEST(PatchLoads, OneThatIsConstantMovesWhatStandsUnderItsWeight) {
   }
 }
 
+// What presses on a damped pier by impulses, as a block does, and a traction of the same size bring the same base force. Impulses met the nodes' mass alone and all other forces the mass and the damping:
+// alpha h / 2, here 2 %, was missing.
+TEST(PatchLoads, ImpulsesPressAsTractionsDo) {
+  StructureSpec s = cantilever(1, 4);
+  s.size = Vec3(1, 1, 2);
+  s.probes[0].at = Vec3(0, 0, 2);
+  s.damping_ratio = 0.3;
+  FemStructure pier(s, Vec3::Zero(), silent);
+  const double h = 0.8 * pier.critical_step(), force = 1e6;
+  std::vector<NodeImpulse> impulses;
+  const TriangleSurface& skin = pier.surface();
+  for (std::size_t v = 0; v < skin.nodes.size(); ++v)
+    if (skin.nodes[v].count == 1 && skin.vertices[v].z() > 1.99) impulses.push_back({skin.nodes[v].node[0], Vec3(0, 0, -0.25 * force * h)});
+  ASSERT_EQ(impulses.size(), 4u);
+  for (int i = 0; i < 3000; ++i) {
+    pier.predict(i * h, h);
+    pier.correct(i * h, h, impulses);
+  }
+  EXPECT_NEAR(pier.base_force().z(), -force, 1e-6 * force);
+  EXPECT_NEAR(pier.energy().damping_work, pier.energy().contact_work - pier.energy().elastic, 1e-3 * pier.energy().elastic);
+}
+
 // With small strains weight and motion superpose: a velocity at the start swings a pier as far with gravity's preload as without.
 TEST(InitialVelocity, MovesWhatStandsUnderItsWeight) {
   double most[2] = {0, 0};

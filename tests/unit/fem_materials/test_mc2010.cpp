@@ -30,6 +30,15 @@ TEST(Mc2010, GivenValuesWinAndAreReportedSo) {
   EXPECT_TRUE(said);
 }
 
+/// It was taken for one left out, and read as 0.2.
+TEST(Mc2010, APoissonsRatioOfNothingIsGiven) {
+  ConcreteInput in;
+  in.f_cm = 38e6;
+  EXPECT_EQ(mc2010(in).poisson, 0.2);
+  in.poisson = 0;
+  EXPECT_EQ(mc2010(in).poisson, 0);
+}
+
 TEST(Mc2010, HighStrengthUsesTheLogarithm) {
   EXPECT_NEAR(mc2010(68e6).f_t, 2.12e6 * std::log(7.8), 1);
   // Both branches nearly meet at f_ck = 50 MPa.

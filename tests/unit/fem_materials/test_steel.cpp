@@ -127,6 +127,29 @@ TEST(BondSlip, EnvelopeAndUnloading) {
   EXPECT_THROW(BondSlip{p}, InputError);
 }
 
+/// Back through the origin the stress rises from a quarter of the envelope to all of it by the unloading stiffness. With a jump at 0 slips had no balance there, and bars of a cracking tie ended
+/// the run.
+TEST(BondSlip, GoesThroughTheOriginWithoutAJump) {
+  const BondSlip law(BondSlip::Parameters{});
+  for (const double side : {1.0, -1.0}) {
+    BondSlip::State state;
+    for (int i = 0; i <= 100; ++i) law(side * i * 5e-6, state, state);   // half a millimetre out
+    const double full = law.envelope(5e-4), step = 2e-8;
+    double last = law(side * 5e-4, state, state).stress, least = 0;
+    for (int i = 1; i <= 50000; ++i) {   // and as far to the other side
+      const double slip = side * (5e-4 - i * step);
+      const BondSlip::State before = state;
+      const double stress = law(slip, before, state).stress;
+      EXPECT_LE(std::abs(stress - last), 200e9 * step * (1 + 1e-6)) << slip;
+      EXPECT_NEAR(stress - law(slip + 1e-3 * side * step, before, state).stress, -1e-3 * side * step * law.tangent(slip, before), 1.01e-3 * 200e9 * step) << slip;
+      law(slip, before, state);
+      last = stress;
+      least = std::min(least, side * stress);
+    }
+    EXPECT_NEAR(least, -full, 1e-3 * full);
+  }
+}
+
 /// A deck held at one height over a seat that rises by a hundredth, or falls, is pulled along it: what the pull does is stored in the normal spring or rubbed off.
 TEST(Bearing, BooksCloseOnASeatThatRises) {
   Bearing::Parameters p;

@@ -165,6 +165,7 @@ const Broken list[] = {
     {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\npoint = [0,0,0]\nvelocity = 0\n[output]", "impact.velocity", "a speed must be > 0"},
     {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\ntrajectories = \"paths.csv\"\nrow = 3\n[output]", "impact.row", "the file has 2 rows"},
     {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\ntrajectories = \"still.csv\"\nrow = 1\n[output]", "impact.trajectories", "velocity in this row must not be zero"},
+    {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\ntrajectories = \"half.csv\"\n[output]", "impact.trajectories", "some of wx, wy, wz but not all"},
     {"[output]", "[output", "", "not TOML"},
     {"[output]", "[site]", "", "not TOML"},
 };

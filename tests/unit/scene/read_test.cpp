@@ -300,6 +300,17 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   EXPECT_EQ(t.impact->shape.mass, 3000);
   const Scene again = read_scene_text(t.resolved_json, place.scene());
   EXPECT_TRUE(again.resolved_json == t.resolved_json);
+
+  // Spin and orientation of the file, which went unread; those of the scene go before them.
+  const std::string turning = head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"turning.csv\"\n";
+  const Scene w = read_scene_text(turning + structure, place.scene());
+  EXPECT_EQ(w.impact->spin, Vec3(1, 2, 3));
+  EXPECT_TRUE(w.impact->rotation.isApprox(Quat(0.6, 0, 0, 0.8).toRotationMatrix(), 1e-14));
+  const Scene kept = read_scene_text(turning + "spin = [0, 0, 1]\n" + structure, place.scene());
+  EXPECT_EQ(kept.impact->spin, Vec3(0, 0, 1));
+  const Scene resolved = read_scene_text(w.resolved_json, place.scene());
+  EXPECT_EQ(resolved.impact->spin, w.impact->spin);
+  EXPECT_TRUE(resolved.impact->rotation.isApprox(w.impact->rotation, 1e-14));
 }
 
 TEST(ReadScene, PaperMethodAlwaysDeforms) {
