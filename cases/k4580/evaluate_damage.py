@@ -46,7 +46,7 @@ def evaluate(directory):
     out["largest_base_force_change_MN"] = viaduct["peak_base_force"] / 1e6   # of means over 1.5 ms
     piers = viaduct["members"]
     out["piers"] = {q["name"]: {"class": q["damage_class_name"], "crack_width_mm": round(1e3 * q["crack_width_end"], 2), "lost_volume_m3": round(q["lost_volume"], 2),
-                                "drift_mm": round(1e3 * float(np.hypot(*q["residual_drift"])), 1), "peak_shear_MN": round(q["peak_shear"]["value"] / 1e6, 2),
+                                "drift_mm": None if q["residual_drift"] is None else round(1e3 * float(np.hypot(*q["residual_drift"])), 1), "peak_shear_MN": round(q["peak_shear"]["value"] / 1e6, 2),
                                 "bars_yielded": q["bars_yielded"], "bars_broken": q["bars_broken"]} for q in piers}
     return out
 
