@@ -131,6 +131,16 @@ double NormalLaw::mean_force(double x0, double x1, double& derivative) const {
   return secant(x0, x1, derivative);
 }
 
+double NormalLaw::before(double x0) const {
+  if (bed) return bed->before(x0);
+  return yields() && x0 < start ? stored(start) + crushing_before(x0) : work(x0);
+}
+
+double NormalLaw::crushing_before(double x0) const {
+  if (bed) return bed->crushing_before(x0);
+  return yields() && x0 < start ? yield() * (elastic(x0 - yield()) - elastic(start - yield())) : 0.0;
+}
+
 double NormalLaw::secant(double x0, double x1, double& derivative) const {
   if (bed) x0 = bed->way_from(x0);
   const double d = x1 - x0;
@@ -138,7 +148,7 @@ double NormalLaw::secant(double x0, double x1, double& derivative) const {
     derivative = 0.5 * slope(x1);
     return 0.5 * (force(x0) + force(x1));
   }
-  const double mean = (work(x1) - (bed ? bed->before(x0) : work(x0))) / d;
+  const double mean = (work(x1) - before(x0)) / d;
   derivative = (force(x1) - mean) / d;
   return mean;
 }

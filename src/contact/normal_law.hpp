@@ -12,6 +12,8 @@
 /// A step of a curved law from x0 to x1 takes the mean force (W(x1) - W(x0)) / (x1 - x0), the discrete gradient of the work W(x) = int_0^x F: its work
 /// is then exactly the change of W, whether the contact opens or closes within the step or not.
 #pragma once
+#include <algorithm>
+#include <limits>
 #include <memory>
 
 #include "contact/bed.hpp"
@@ -26,15 +28,23 @@ struct NormalLaw {
   double limit = 0;       // crushing: p A, A the area at x = 0 [N]
   double crushed = 0;     // crushing: y [m]
   double relief = 0;      // hertz: c [m/N]
+  double start = -std::numeric_limits<double>::infinity();   // crushing, of a leapfrog's step: x at its start, where `crushed` is that of the way there [m]
   std::shared_ptr<const Bed> bed;   // at a structure's skin: springs per area, and what crushes; x is its greatest depth
 
+  /// A leapfrog's step begins at x; what the skin and turning add to the way that the last step was told is no crushing of this one.
+  void begin_step(double x) {
+    if (bed || law->kind != ContactLaw::Kind::crushing) return;
+    start = x;
+    crushed = std::max(crushed, x - yield());
+  }
   double force(double x) const;   // [N]
   double slope(double x) const;   // dF/dx, from the right at a kink [N/m]
   double work(double x) const;    // [J]; while crushing it holds what is crushed as well
   double stored(double x) const;  // part of it that comes back [J]
   double crushing(double x) const { return work(x) - stored(x); }   // [J]
-  /// The same where a leapfrog's step from x0 by way of the present place to x1 counts half of both its parts.
-  double crushing_by_half(double x0, double x1) const { return bed ? 0.5 * (crushing(x1) - bed->crushing_before(x0)) : crushing(x1); }
+  /// On the way from x0 to the present place, that led a leapfrog there: work up to x0, and the part of it that crushed, 0 at the present place. What yields now yielded there already [J].
+  double before(double x0) const;
+  double crushing_before(double x0) const;
   double crushed_after(double x) const;   // y once x was reached [m]
   double depth_of(double energy) const;   // linear: x at which it stores that; crushing: no less than x at which it has taken that, nothing crushed before [m]
   /// Mean force over a step from x0 to x1, and its derivative by x1.
@@ -47,6 +57,7 @@ struct NormalLaw {
   double elastic(double x) const { return (stiffness + growth * x * x) * x; }                         // f [N]
   double elastic_energy(double x) const { return (0.5 * stiffness + 0.25 * growth * x * x) * x * x; }   // [J]
   double yield() const { return limit / stiffness; }                                                   // crushing: p A/k [m]
+  bool yields() const { return law->kind == ContactLaw::Kind::crushing && start - crushed >= yield() * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
 };
 
 }  // namespace talus::contact

@@ -160,8 +160,8 @@ class IslandStepper {
   bool meets_hard(const Touch& touch) const;
   bool impact_rows(double scale);
   double kinetic(Vec12 Body::*velocity) const;
-  void note_impacts_on_skin();
-  bool impact_stage();
+  void note_impacts_on_skin(double time);
+  bool impact_stage(double time);
 
   void release_springs(double h);
   void weigh_springs();
@@ -224,6 +224,7 @@ class IslandStepper {
   void collect_node_impulses();
   void remember_all(double h);
   void commit(double t_end, double h);
+  void tell_impacts(double t_end);
   void save();
   void restore();
   // island_condensed.cpp
@@ -243,6 +244,7 @@ class IslandStepper {
   double approach_left(const Touch& touch, double h) const;
   bool correct_skins(double t, double h);
   double skin_speed() const;
+  double skin_spring_limit(double ahead) const;
   double rise_limit(double ahead) const;
   bool locate_event(double& h, int passes);
   contact::Motion motion_of(int block, bool lumped) const;
@@ -311,7 +313,8 @@ class IslandStepper {
   std::vector<HeldShare> held_;           // weights of the rows on nodes that are held: the support takes their impulse
   struct NodeShare { int structure, node; Vec3 impulse, position; };
   std::vector<NodeShare> node_impulses_;
-  std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration since the last commit; `force` is the impulse [N s]
+  std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration that are not told yet; `force` is the impulse [N s], `time` when it was
+  double stretch_start_ = 0, stretch_ = 0;   // the stretch at hand, its length [s]
   std::vector<Saved> saved_;
   struct TermOfBody { int contact, term; };
   std::vector<std::size_t> first_term_of_;   // into terms_of_, per body and one more

@@ -54,10 +54,9 @@ struct ContactLoss {
 /// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last step. A bed takes what yields now to have yielded on the whole way of the last
 /// step. Where it began to yield on that way only the rest of it went into crushing: what the last half step holds tells how much was stored.
 double crushed_by_half(const Touch& t, double before) {
-  const contact::Bed* const bed = t.normal_law.bed.get();
-  if (bed == nullptr) return t.normal_law.crushing_by_half(before, t.indentation);
+  if (t.law->kind != ContactLaw::Kind::crushing && t.normal_law.bed == nullptr) return 0;
   const double stored_before = 2 * (t.stored - t.sheared) - t.normal_law.stored(-t.at.gap);
-  const double last = std::clamp(stored_before - bed->before(before), 0.0, -bed->crushing_before(before));
+  const double last = std::clamp(stored_before - t.normal_law.before(before), 0.0, -t.normal_law.crushing_before(before));
   return 0.5 * (t.normal_law.crushing(t.indentation) + last);
 }
 

@@ -6,6 +6,9 @@
 #include "coupling/touch_bed.hpp"
 
 namespace talus::coupling {
+namespace {
+constexpr double shortest_told = 0.1;   // mean force of an impulse of no duration: of a stretch, or of the fixed step
+}
 
 void IslandStepper::collect_node_impulses() {
   // What each structure node really gets: J^T p over its contacts.
@@ -125,6 +128,22 @@ void IslandStepper::remember_all(double h) {
   for (const SurfacePair& pair : island_->surfaces) sort(surface_history_[static_cast<std::size_t>(pair.b)]);
 }
 
+/// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a sliver that ends at once, with the stretch or at the next impact. Then
+/// over no less than a tenth of what is usual.
+void IslandStepper::tell_impacts(double t_end) {
+  const double least = shortest_told * (settings_.fixed_step > 0 ? std::min(settings_.fixed_step, stretch_) : stretch_), gone = t_end - stretch_start_;
+  const bool last = stretch_ - gone <= 1e-9 * stretch_;
+  std::erase_if(impacts_on_skin_, [&](StructureContact& row) {
+    const double since = t_end - row.time;
+    if (since < least && !last) return false;
+    row.time = t_end;
+    row.dt = std::max(since, std::min(least, gone));
+    row.force /= row.dt;
+    report_.rows.push_back(row);
+    return true;
+  });
+}
+
 void IslandStepper::commit(double t_end, double h) {
   report_.ledger += pending_;
   released_ = false;
@@ -157,13 +176,7 @@ void IslandStepper::commit(double t_end, double h) {
       moment_scale += (t.acts_at.norm() + length_) * p.norm();
     }
   }
-  for (StructureContact& row : impacts_on_skin_) {   // as the mean over the step that they began
-    row.time = t_end;
-    row.dt = h;
-    row.force /= h;
-    report_.rows.push_back(row);
-  }
-  impacts_on_skin_.clear();
+  tell_impacts(t_end);
   for (const auto& n : node_impulses_) {
     on_structures += n.impulse;
     moment += n.position.cross(n.impulse);

@@ -35,6 +35,24 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
   return h * h * std::max(t.stiffness, t.normal_law.slope(-t.gap_ref)) * normal_compliance(c) < 1;
 }
 
+/// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would take the energy of, as long as they hold or meet with more than rattles [s].
+double IslandStepper::skin_spring_limit(double ahead) const {
+  constexpr double resolved_phase = 0.7;
+  double fastest_sq = 0, brought = 0, rattles = 0;   // twice the energies
+  for (const Touch& t : touches_) {
+    if (t.b >= 0 || t.stiffness == 0 || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
+    const Structure& a = *env_.structures[static_cast<std::size_t>(t.a.index)].structure;
+    const SurfaceWeights w = skin_weights(t, skin(t.a.index), t.at.point_a);
+    double inverse = 1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node);
+    for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) inverse += w.weight[i] * w.weight[i] / a.node_mass(w.node[i]);
+    if (!(inverse > 0)) continue;
+    fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
+    brought += t.approach * t.approach / inverse + 2 * t.stored;
+    rattles += gentle_speed() * gentle_speed() / inverse;
+  }
+  return brought > rattles ? resolved_phase / std::sqrt(fastest_sq) : std::numeric_limits<double>::infinity();
+}
+
 /// A block at a structure: its force rises within a quarter of the period of the block on all its springs, in series with the touched
 /// cells, which a stiffer spring does not outrun [s]. Hard contacts have the cells alone; they count for the blocks that bring energy: what
 /// they would give in stopping where they approach, and what their force holds already, so that a piece that lies on the structure or moves
@@ -42,7 +60,8 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
 /// as the root of that part.
 /// `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
-  if (bodies_.empty()) return std::numeric_limits<double>::infinity();   // structures alone
+  double limit = island_->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
+  if (bodies_.empty()) return limit;   // structures alone
   constexpr double fewest = 2;   // a step that still resolves the contact's own oscillation
   struct AtSkin {
     double stiffness = 0, hard = 0, approach = 0, stored = 0;   // hard: the part of hard contacts
@@ -69,7 +88,6 @@ double IslandStepper::rise_limit(double ahead) const {
     s.approach = std::max(s.approach, -t.approach);
     s.force += t.warm;
   }
-  double limit = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     AtSkin& s = skin[i];
     if (s.stiffness == 0) continue;
@@ -98,6 +116,7 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   double share = 1;   // of the dashpot's velocity that is the end's
   double lasts = h;   // between the half steps that it parts: as the structure's own forces
   if (t.mode == Mode::spring_secant) {
+    t.normal_law.begin_step(-t.at.gap);
     force = t.normal_law.secant(-t.at.gap + length_before(t, h) * t.approach, end, slope);
     share = 0.5;
     lasts = between_half_steps(t, h);

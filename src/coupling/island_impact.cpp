@@ -62,10 +62,11 @@ double IslandStepper::kinetic(Vec12 Body::*velocity) const {
   return sum;
 }
 
-void IslandStepper::note_impacts_on_skin() {
+void IslandStepper::note_impacts_on_skin(double time) {
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.a.kind == Partner::Kind::structure && !t.impulse.isZero(0)) {
       StructureContact row;
+      row.time = time;
       row.block = t.b;
       row.structure = t.a.index;
       row.point = t.at.point_a;
@@ -76,8 +77,8 @@ void IslandStepper::note_impacts_on_skin() {
     }
 }
 
-/// An impulse of no duration on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
-bool IslandStepper::impact_stage() {
+/// An impulse of no duration at this time on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
+bool IslandStepper::impact_stage(double time) {
   bool approaching = false, given = false;
   for (Touch& t : touches_) {
     t.row = -1;
@@ -110,7 +111,7 @@ bool IslandStepper::impact_stage() {
     if (bodies_[i].ndof == 6) state_.eps_rate[static_cast<std::size_t>(bodies_[i].block)] = saved_[i].eps_rate;
   book(0);
   report_.ledger += pending_;
-  note_impacts_on_skin();
+  note_impacts_on_skin(time);
   for (Touch& t : touches_) {
     t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
     if (t.row >= 0 && std::abs(t.approach) < 1e-9 * speed_) t.approach = 0;

@@ -35,6 +35,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   const bool with_structure = !island_->structures.empty();
   const bool small = event_driven();
   double done = 0;
+  stretch_start_ = t, stretch_ = duration;
   last_length_ = 0;
   int grazes = 0, impacts_when_cut = -1;   // the latter: negative if the last step was not cut short
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
@@ -52,7 +53,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     find(trial.h);
     release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
-    if (!trial.lumped && !impact_stage()) {   // what no impulse of no duration solves is jammed
+    if (!trial.lumped && !impact_stage(trial.start)) {   // what no impulse of no duration solves is jammed
       unsolved_ = most_unsolved;
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));

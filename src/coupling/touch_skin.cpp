@@ -118,8 +118,9 @@ void find_surface_touches(const Environment& env, const SurfacePair& pair, doubl
     t.at.key = static_cast<contact::FeatureKey>(t.b_node);
     t.law = &env.laws(part_a.material, part_b.material);
     const ContactMemory* last = recall(history[static_cast<std::size_t>(pair.b)], partner.id(), t);
-    if (t.law->stiffness != ContactLaw::Stiffness::hard) {
-      const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
+    const double share = t.law->stiffness == ContactLaw::Stiffness::per_area ? t.at.area : 1.0;
+    const double cell = std::min(part_a.structure->young() * face_edge(part_a.index->surface(), t.at.face_a), part_b.structure->young() * std::sqrt(tributary.norm()));
+    if (t.law->stiffness != ContactLaw::Stiffness::hard && !gives_less_than_cell(*t.law, t.law->normal_stiffness * share, cell)) {   // at points of the skins, both kinds of springs
       t.stiffness = t.law->normal_stiffness * share;
       t.shear_stiffness = t.law->shear_stiffness * share;
     }

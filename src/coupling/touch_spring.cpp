@@ -160,9 +160,13 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
   }
 }
 
-bool within_cell(const ContactLaw& law, double young, double edge) {
+bool gives_less_than_cell(const ContactLaw& law, double stiffness, double cell) {
   const bool lossless = law.damping_ratio == 0 && !law.restitution;
-  return law.kind == ContactLaw::Kind::linear && law.stiffness == ContactLaw::Stiffness::per_contact && lossless && given_at_centre * law.normal_stiffness >= young * edge;
+  return law.kind == ContactLaw::Kind::linear && stiffness > 0 && lossless && given_at_centre * stiffness >= cell;
+}
+
+bool within_cell(const ContactLaw& law, double young, double edge) {
+  return law.stiffness == ContactLaw::Stiffness::per_contact && gives_less_than_cell(law, law.normal_stiffness, young * edge);
 }
 
 void keep_stiffness(Touch& t, const ContactMemory& last) {

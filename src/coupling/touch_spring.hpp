@@ -17,6 +17,9 @@ void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin)
 /// point of the face: the cell gives more than both should, and the contact is hard. One with a dashpot stays a spring.
 bool within_cell(const ContactLaw& law, double young, double edge);
 
+/// The same of a spring of that stiffness [N/m], whatever it is of; `cell`: Young's modulus times edge [N/m].
+bool gives_less_than_cell(const ContactLaw& law, double stiffness, double cell);
+
 /// A loaded spring keeps the stiffness it had where its area shrinks (a face that tilts to a corner) or where it took over what others held: a softer
 /// one would hold its energy only at an indentation that nothing has made.
 void keep_stiffness(Touch& t, const ContactMemory& last);

@@ -46,6 +46,7 @@ double FemStructure::link_energy(const std::vector<int>& cells) const {
 
 void FemStructure::switch_off(int cell) {
   live_[cell] = 0;
+  power_valid_ = false;
   forget_stiffness();
   operator_->set_on(cell, false);
   if (damage_) damage_->remove(cell);

@@ -11,6 +11,14 @@
 /// structure is linear: kinetic 1/2 m v_{n+1/2}^2, stored U(u_n) + h/2 f_int(u_n) . v_{n+1/2} = 1/2 u_n K u_{n+1}. Every work is the
 /// impulse times the mean of the velocities before and after.
 ///
+/// These energies depend on h: where it changes from h1 to h2 at t_n, the motion as it was, they change by -(h2^2 - h1^2)/8 a . f, a the acceleration and f what
+/// the structure does by itself, gravity and internal forces. What that is on the average over the phases of whatever rings is booked apart, as step_dependence:
+///
+///   (h2^2 - h1^2)/8 Q,   Q = 1/2 v . (df_int/dt) + 1/2 a . f,     v . (df_int/dt) = v_{n-1/2} . (f_int,n - f_int,n-1) / h1
+///
+/// The two halves differ by the rate of v . f, which is nothing on the average of what stays in bounds, whatever the laws of the cells. Of a mode of amplitude A, Q is
+/// omega^4 A^2 / 2 on the average, for any h below the stable step. The phase's part stays among the scheme's, algorithmic: a step that changes in time with what rings feeds it.
+///
 /// symbol   meaning                                   unit   shape
 /// u        displacement from the unstressed shape    m      nodes x 4 (padded)
 /// v        velocity at the last half step            m/s    nodes x 4
@@ -203,6 +211,8 @@ class FemStructure : public Structure {
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
   double excess_of_gravity(double kick, double h) const;
+  double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
+  void book_step_dependence(double h, double own, double strained);
   void erode(const std::vector<int>& cells);
   Fragment detach(const std::vector<int>& cells);
   // structure_pieces.cpp
@@ -278,6 +288,8 @@ class FemStructure : public Structure {
   double dust_mass_ = 0, dust_potential_ = 0, eroded_volume_ = 0, detached_volume_ = 0;
   Vec3 dust_momentum_ = Vec3::Zero(), dust_spin_ = Vec3::Zero();   // what it left with, linear and about the origin
   double h_last_ = 0;                // 0: v_ is at the same time as u_
+  double power_ = 0;                 // f_int . v of the last step, with the forces that it began from [W]
+  bool power_valid_ = false;         // they have not jumped since, as cells went
   bool starting_ = false;            // condensed steps have been begun from explicit ones, the first is not taken yet
   double laws_share_ = 0;            // of the last condensed_step()
   double time_ = 0;

@@ -1,5 +1,6 @@
 // How a structure goes on that nothing touches: asleep, in modes, by condensed steps or by explicit ones.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -20,13 +21,22 @@ constexpr double longest_memory = 100;   // 1 / omega_1: for which a phase is to
 void FemStructure::synchronise(double t) {
   if (h_last_ == 0) return;
   forces(t);
+  const double half = 0.5 * h_last_;
+  std::array<double, 2> powers{};   // a . f of its own, and v . f_int by the velocities that come here
   for (const auto& [first, last] : own_)
-    for (int i = 4 * first; i < 4 * last; ++i) v_[i] += 0.5 * h_last_ * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
+    for (int i = 4 * first; i < 4 * last; ++i) {
+      v_hat_[i] = v_[i] + half * (inverse_mass_[i] * (f_ext_[i] - f_int_[i]) - alpha_ * (inverse_mass_[i] > 0 ? v_[i] : 0.0));
+      powers[1] += f_int_[i] * v_[i];
+    }
   // What presses goes on pressing: a node in balance with it would be kicked by half a step of the reaction.
-  const double pressed = 0.5 * h_last_ / (contact_step_ > 0 ? contact_step_ : 1.0);
+  const double pressed = half / (contact_step_ > 0 ? contact_step_ : 1.0);
   for (const int n : struck_)
     if (own_node(n))
-      for (int i = 4 * n; i < 4 * n + 3; ++i) v_[i] += pressed * inverse_mass_[i] * contact_impulse_[i];
+      for (int i = 4 * n; i < 4 * n + 3; ++i) v_hat_[i] += pressed * inverse_mass_[i] * contact_impulse_[i];
+  powers[0] = power_of_own_forces(half);
+  sum(powers);
+  book_step_dependence(0, powers[0], (powers[1] - power_) / h_last_);
+  for (const auto& [first, last] : own_) std::copy(v_hat_.begin() + 4L * first, v_hat_.begin() + 4L * last, v_.begin() + 4L * first);
   h_last_ = 0;
   motion_changed();
   surface_stale_ = true;

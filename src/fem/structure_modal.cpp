@@ -128,8 +128,9 @@ bool FemStructure::project(double t) {
 
 /// Starts modal motion from the present state, if modes enough for it can be had.
 bool FemStructure::enter_modal(double t, bool forced) {
-  const double before = mechanical_energy();
+  const double before = mechanical_energy(), read_less = books_.step_dependence;
   synchronise(t);
+  const double expected = before - (books_.step_dependence - read_less);   // by a step of no length
   share_motion();
   bool holds = project(t);
   while (forced && !holds && more_modes()) holds = project(t);
@@ -140,8 +141,8 @@ bool FemStructure::enter_modal(double t, bool forced) {
     for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
     struck_.clear();
     materialise();
-    // The leapfrog's own energy is another than that of its velocities brought to full steps: the rest, fastest of all, takes the difference.
-    const double given = mechanical_energy() - before, kept = std::max(0.0, linear_->rest_energy - given);
+    // What hangs on the phases in which velocities are brought to full steps: the rest, fastest of all, takes the difference.
+    const double given = mechanical_energy() - expected, kept = std::max(0.0, linear_->rest_energy - given);
     linear_->rest *= linear_->rest_energy > 0 ? std::sqrt(kept / linear_->rest_energy) : 0.0;
     linear_->rest_energy = kept;
     materialise();

@@ -219,9 +219,9 @@ std::string FemStructure::plan() const {
 void FemStructure::save(std::vector<double>& state) const {
   share_motion();
   share_bars();
-  state.insert(state.end(), {h_last_, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, lone_steps_,
+  state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, lone_steps_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
-                             books_.external_work, books_.contact_work, books_.algorithmic});
+                             books_.external_work, books_.contact_work, books_.algorithmic, books_.step_dependence});
   const std::size_t motion = state.size();
   state.resize(motion + 9 * mass_.size());
   double* to = state.data() + motion;
@@ -252,13 +252,15 @@ void FemStructure::restore(std::span<const double> state) {
     if (at >= state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
     return state[at++];
   };
-  h_last_ = next(), time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
+  h_last_ = next(), power_ = next();
+  power_valid_ = next() != 0;
+  time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
   still_ = next() != 0;
   blow_time_ = next();
   lone_steps_ = next();
   books_ = {};
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
-                    &books_.external_work, &books_.contact_work, &books_.algorithmic})
+                    &books_.external_work, &books_.contact_work, &books_.algorithmic, &books_.step_dependence})
     *p = next();
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c) {

@@ -121,6 +121,28 @@ double FemStructure::excess_of_gravity(double kick, double h) const {
   return excess;
 }
 
+/// Acceleration of the step by the forces that are the structure's own, this rank's part [W/s].
+double FemStructure::power_of_own_forces(double kick) const {
+  const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
+  V4 power{};
+  for (const auto& [first, last] : own_)
+    for (int node = first; node < last; ++node) {
+      const int i = 4 * node;
+      const V4 own = mass_[node] * fall - load4(&f_int_[i]);
+      power += material::select(load4(&inverse_mass_[i]) != none, (load4(&v_hat_[i]) - load4(&v_[i])) * own, none);
+    }
+  return sum_of(power) / kick;
+}
+
+/// Of a step that becomes h, with a . f = `own` and v . (df_int/dt) = `strained` of all ranks. Where the latter is not known, after a jump of the forces and where no step went
+/// before, the other half stands for both: right on the average, too.
+void FemStructure::book_step_dependence(double h, double own, double strained) {
+  const double q = h_last_ > 0 && power_valid_ ? 0.5 * (own + strained) : own;
+  const double less = (h * h - h_last_ * h_last_) / 8 * q;
+  books_.step_dependence += less;
+  books_.algorithmic -= less;
+}
+
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impulses) {
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
@@ -137,7 +159,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   drag_ = 1;
   watch_loads(t + h, h);   // by the forces of this step, before the displacements move on
   // This rank's part of the works, then of all.
-  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h);
+  double contact = 0, gravity = h == h_last_ ? 0 : excess_of_gravity(kick, h), own = h == h_last_ ? 0 : power_of_own_forces(kick);
   for (const NodeImpulse& p : impulses) {
     if (!own_node(p.node)) continue;
     for (int c = 0; c < 3; ++c) {
@@ -183,7 +205,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   const std::vector<int> eroding = damage_ && spec_.erosion ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
   double broken = bars_ ? bars_->broken() : 0.0;
-  std::array<double*, 13> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &plastic, &cracking, &stored, &spent, &broken};
+  std::array<double*, 14> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &own, &plastic, &cracking, &stored, &spent, &broken};
   if (partition_) {
     std::array<double, parts.size()> values;
     for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
@@ -200,6 +222,9 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   stored_half_ = stored + 0.5 * h * power;
   // What the laws took in the last condensed step is in its own books; here they are accepted.
   books_.algorithmic += internal - (stored_half_ - stored_before) - (h_last_ > 0 ? cracking + plastic : 0.0) - gravity;
+  if (h != h_last_) book_step_dependence(h, own, h_last_ > 0 ? (2 * internal / kick - power - power_) / h_last_ : 0.0);
+  power_ = power;
+  power_valid_ = true;
   h_last_ = h;
   time_ = t + h;
   kinetic *= 0.5;

@@ -226,6 +226,7 @@ std::string RecordCodec::encode(const HistoryRow& row) {
     put_list(w, s.peaks.members, [&](const MemberPeaks& m) { member_peak_fields(m, put); });
   });
   ledger_fields(row.ledger, put);
+  put(row.ledger.step_dependence);
   return w.bytes();
 }
 
@@ -255,6 +256,7 @@ HistoryRow RecordCodec::decode_history(std::string_view bytes) {
     get_list(r, s.peaks.members, [&](MemberPeaks& m) { member_peak_fields(m, get); });
   });
   ledger_fields(row.ledger, get);
+  if (r.left() > 0) get(row.ledger.step_dependence);   // not in what earlier versions wrote
   return row;
 }
 

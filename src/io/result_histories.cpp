@@ -34,6 +34,7 @@ HistoryWriter::HistoryWriter(Hdf5File& file, const sim::RunHeader& header, std::
   make(l + "algorithmic", {nt}, "J", "dissipated by the time integration since the start");
   make(l + "external_work", {nt}, "J", "work of prescribed loads since the start");
   make(l + "residual", {nt}, "J", "energy now + dissipated - energy at the start - external work");
+  make(l + "step_dependence", {nt}, "J", "by how much less the energy of structures reads for the length of their explicit steps; in what is dissipated, and no loss");
   make(l + "linear_momentum", {nt, 3}, "kg m/s", "of blocks and structures");
   make(l + "angular_momentum", {nt, 3}, "kg m^2/s", "of blocks and structures, about the scene origin");
   std::size_t row = 0;
@@ -95,7 +96,7 @@ void HistoryWriter::add(const sim::HistoryRow& r) {
     add_structure(i < r.structures.size() ? r.structures[i] : empty, header_.structures[i]);
   }
   const sim::LedgerRow& l = r.ledger;
-  for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual})
+  for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual, l.step_dependence})
     next().add(v);
   next().add(l.linear_momentum);
   next().add(l.angular_momentum);

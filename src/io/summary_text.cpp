@@ -18,7 +18,7 @@ using json = nlohmann::ordered_json;
 json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
 
 double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
-double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
+double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic + l.step_dependence; }
 
 json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
   json impacts = json::array();
@@ -158,6 +158,7 @@ json SummaryBuilder::of_energy() const {
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
           {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.algorithmic) / scale : 0.0},
+          {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},
           {"residual_worst", residual_worst_},

@@ -53,6 +53,21 @@ TEST(BadStart, BlockInsideAStructureIsFound) {
   EXPECT_NE(message.find("structure wall lie one inside the other"), std::string::npos) << message;
 }
 
+/// A cube that meets a rigid wall a hair before a history row: the impulse of no duration is told as the mean force over no sliver of a step. It was 1e12 N over 4e-11 s.
+TEST(RigidImpacts, AreToldAsMeansOverWhatTheyBelongTo) {
+  for (const char* scheme : {"rigid", "one-way"}) {
+    const Outcome o = run_scene(wall(-0.8, 0.5, fmt::format("[coupling]\nscheme = \"{}\"\n", scheme)));
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    ASSERT_FALSE(o.structure_contacts.empty());
+    double impulse = 0;
+    for (const sim::ContactRow& r : o.structure_contacts) {
+      EXPECT_GT(r.dt, 0.05 * 1e-3) << scheme;
+      impulse += r.dt * r.force.x();
+    }
+    EXPECT_NEAR(impulse, 2600 * 0.125 * (10 - o.last().velocity[0].x()), 1e-9 * impulse) << scheme;
+  }
+}
+
 TEST(BadStart, TouchingIsAllowed) { EXPECT_TRUE(run_scene(wall(-0.75, 0.5, {}, 0.1, 1e-3)).ok()); }
 
 /// A cube on the ground beside the foot of an elastic column, into which gravity's preload bulges the column by half a micrometre; `inside` [m] of the cube is the user's.
