@@ -114,17 +114,21 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
   const double warm = first_pass ? t.frame.col(0).dot(t.warm) * h : t.impulse[0];
   double end = -(t.gap_ref + (first_pass ? h * normal_compliance(c) * std::max(0.0, warm) : 0.0)), force = 0, slope = 0;
   double share = 1;   // of the dashpot's velocity that is the end's
+  const double before = -t.at.gap + length_before(t, h) * t.approach;   // indentation at the start of the last step
   double lasts = h;   // between the half steps that it parts: as the structure's own forces
   if (t.mode == Mode::spring_secant) {
     t.normal_law.begin_step(-t.at.gap);
-    force = t.normal_law.secant(-t.at.gap + length_before(t, h) * t.approach, end, slope);
+    force = t.normal_law.secant(before, end, slope);
     share = 0.5;
     lasts = between_half_steps(t, h);
   } else {
     force = t.normal_law.force(std::max(end, 0.0));
     slope = t.normal_law.slope(end);
   }
-  if (end <= 0) {
+  if (end <= 0 && before > 0 && t.mode == Mode::spring_secant) {
+    // It comes out on the way from where it was a step ago, and gives back what it held there.
+    slope = std::max(force / (before - end), 1e-6 * t.stiffness);
+  } else if (end <= 0) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.
     const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
     end = force = 0;
