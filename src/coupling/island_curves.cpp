@@ -126,7 +126,8 @@ void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, b
     slope = t.normal_law.slope(end);
   }
   if (end <= 0 && before > 0 && t.mode == Mode::spring_secant) {
-    // It comes out on the way from where it was a step ago, and gives back what it held there.
+    // It comes out on the way from where it was a step ago, and gives back what it held there: no more than the books of the half step in between leave it.
+    force = std::min(force, 2 * std::max(0.0, t.stored - t.sheared) / (before - end));
     slope = std::max(force / (before - end), 1e-6 * t.stiffness);
   } else if (end <= 0) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.

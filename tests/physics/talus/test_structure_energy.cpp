@@ -61,7 +61,7 @@ TEST(StructureEnergy, FlatCubeThatBeginsToCrush) {
 /// The same on springs in N/m, and with the cube turned so that corner, edge and face follow each other. What yields now was taken to have been unloaded a step ago: 8 % was made.
 TEST(StructureEnergy, PointsThatCrush) {
   for (const char* turned : {"", "orientation = { rotation_vector = [0.03, 0.05, 0.1] }\n"}) {
-    SceneText s = scene(0.012, "40 GPa", 0.3, "contact_law = { kind = \"crushing\", pressure = \"2 MPa\" }\nnormal_stiffness = \"1e9 N/m\"");
+    SceneText s = scene(0.025, "40 GPa", 0.3, "contact_law = { kind = \"crushing\", pressure = \"2 MPa\" }\nnormal_stiffness = \"1e9 N/m\"");
     s.raw(structure_box("slab", Vec3(2, 2, 0.5), Vec3(0, 0, -0.25), {8, 8, 2}, "concrete", "support = [\"-z\"]\npreload = \"none\"\n"));
     s.raw(std::string("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.5, 0.5, 0.5]\nposition = [0.05, 0.03, 0.29]\nvelocity = [0, 0, -3]\ndeformable = false\n") + turned);
     EXPECT_LT(by_the_scheme(s), 0.01) << turned;
