@@ -34,7 +34,7 @@ HistoryWriter::HistoryWriter(Hdf5File& file, const sim::RunHeader& header, std::
   make(l + "algorithmic", {nt}, "J", "dissipated by the time integration since the start");
   make(l + "external_work", {nt}, "J", "work of prescribed loads since the start");
   make(l + "residual", {nt}, "J", "energy now + dissipated - energy at the start - external work");
-  make(l + "step_dependence", {nt}, "J", "by how much less the energy of structures reads for the length of their explicit steps; in what is dissipated, and no loss");
+  make(l + "step_dependence", {nt}, "J", "part of algorithmic that is no loss: by how much less the energy of structures reads for the length of their explicit steps");
   make(l + "linear_momentum", {nt, 3}, "kg m/s", "of blocks and structures");
   make(l + "angular_momentum", {nt, 3}, "kg m^2/s", "of blocks and structures, about the scene origin");
   std::size_t row = 0;

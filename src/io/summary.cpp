@@ -150,7 +150,7 @@ void SummaryBuilder::add(const HistoryRow& row) {
   for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) add_block(i, row);
   for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) add_structure(i, row);
   if (!any_) first_ = row.ledger;
-  if (const double step = std::abs(row.ledger.algorithmic - last_.algorithmic); any_ && step > algorithmic_step_) {
+  if (const double step = std::abs(row.ledger.by_the_scheme() - last_.by_the_scheme()); any_ && step > algorithmic_step_) {
     algorithmic_step_ = step;
     algorithmic_from_ = ledger_time_;
     algorithmic_to_ = row.time;
@@ -193,10 +193,10 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   double mass = 0;
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
-  if (std::abs(last_.algorithmic) > allowed * scale && kinetic_peak_ > least * mass)
+  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least * mass)
     list.push_back(fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy ({}), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
                                "not resolve (energy.algorithmic). {}",
-                               last_.algorithmic > 0 ? "took" : "made", engineering(std::abs(last_.algorithmic), "J"), 100 * std::abs(last_.algorithmic) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_, against_algorithmic()));
+                               last_.by_the_scheme() > 0 ? "took" : "made", engineering(std::abs(last_.by_the_scheme()), "J"), 100 * std::abs(last_.by_the_scheme()) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_, against_algorithmic()));
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "

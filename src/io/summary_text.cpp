@@ -18,7 +18,7 @@ using json = nlohmann::ordered_json;
 json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
 
 double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
-double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic + l.step_dependence; }
+double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
 
 json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
   json impacts = json::array();
@@ -157,7 +157,7 @@ json SummaryBuilder::of_energy() const {
           {"damping_work", last_.damping_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.algorithmic) / scale : 0.0},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},
@@ -175,7 +175,7 @@ json SummaryBuilder::of_confidence() const {
   };
   say("energy and momentum ledger", "verified",
       fmt::format("every loss is booked where it occurs; of the greatest kinetic energy the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}", share(residual_worst_),
-                  last_.algorithmic < 0 ? "made" : "took", share(last_.algorithmic)));
+                  last_.by_the_scheme() < 0 ? "made" : "took", share(last_.by_the_scheme())));
   say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
   say("run-out and deposits on the real slope", "extrapolated", "depend on roughness and parameters that were not calibrated for this site");
   if (!structures_.empty()) {

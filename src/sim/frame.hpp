@@ -54,7 +54,9 @@ struct RunHeader {
 struct LedgerRow {
   double kinetic = 0, potential = 0, strain = 0, contact = 0;
   double friction_work = 0, damping_work = 0, damage_work = 0, algorithmic = 0, external_work = 0, residual = 0;
-  double step_dependence = 0;   // what the energies of structures in explicit steps read lower by for the length of their steps: counts as dissipated, is none
+  double step_dependence = 0;   // part of `algorithmic` that is no loss: what energies of structures in explicit steps read lower by for the length of their steps
+  /// What the time integration took (> 0) or made (< 0) [J].
+  double by_the_scheme() const { return algorithmic - step_dependence; }
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();
 };
 

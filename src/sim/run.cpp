@@ -203,7 +203,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     if (s.coupling.strict && result.exit_code == 0 && result.audit_made) {
       const LedgerRow ledger = w.ledger();
       const double scale = w.energy_peak > 0 ? 1 / w.energy_peak : 0;
-      result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.algorithmic));
+      result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.by_the_scheme()));
       if (!result.message.empty()) result.exit_code = 1;
     }
   }

@@ -160,7 +160,7 @@ LedgerRow World::ledger() {
       l.strain += e.elastic;
       l.damping_work += e.damping_work + e.bulk_viscosity_work;
       l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
-      l.algorithmic += e.algorithmic;
+      l.algorithmic += e.algorithmic + e.step_dependence;
       l.step_dependence += e.step_dependence;
       l.external_work += e.external_work + (part.one_way ? e.contact_work : 0);   // recorded loads come from outside
       l.linear_momentum += e.linear_momentum;
@@ -168,7 +168,7 @@ LedgerRow World::ledger() {
     }
   }
   const double now = l.kinetic + l.potential + l.strain + l.contact;
-  const double dissipated = l.friction_work + l.damping_work + l.damage_work + l.algorithmic + l.step_dependence;
+  const double dissipated = l.friction_work + l.damping_work + l.damage_work + l.algorithmic;
   if (!built_energy) {
     energy_start = now;
     built_energy = true;

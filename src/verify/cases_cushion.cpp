@@ -60,7 +60,7 @@ void strike(CaseRun& c, const Shape& shape, double stiffness, double pressure, d
   double depth = 0, algorithmic = 0;
   for (const sim::HistoryRow& r : o.rows) {
     depth = std::max(depth, shape.height - r.position[0].z());
-    algorithmic = std::max(algorithmic, std::abs(r.ledger.algorithmic));
+    algorithmic = std::max(algorithmic, std::abs(r.ledger.by_the_scheme()));
   }
   c.relative(title + "greatest depth [m]", "energy over the area across the motion", deepest, depth, allowed);
   c.absolute(title + "energy booked as algorithmic, over that of the impact", "ledger", 0, algorithmic / energy, 0.005);

@@ -64,7 +64,7 @@ TEST_P(SpringSwaps, MakeNoEnergy) {
   EXPECT_LE(growth, 1e-4 * in_motion);
   EXPECT_LE(residual, 1e-4 * in_motion);
   EXPECT_LE(friction_back, 1e-4 * in_motion);
-  EXPECT_LE(std::abs(o.last().ledger.algorithmic), swap.taken * in_motion);
+  EXPECT_LE(std::abs(o.last().ledger.by_the_scheme()), swap.taken * in_motion);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, SpringSwaps,

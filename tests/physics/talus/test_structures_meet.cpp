@@ -44,8 +44,8 @@ TEST(StructuresMeet, FlushSlabsKeepTheirEnergy) {
     ASSERT_TRUE(o.ok()) << o.result.message;
     double taken = 0, made = 0;
     for (const sim::HistoryRow& r : o.rows) {
-      taken = std::max(taken, r.ledger.algorithmic);
-      made = std::max(made, -r.ledger.algorithmic);
+      taken = std::max(taken, r.ledger.by_the_scheme());
+      made = std::max(made, -r.ledger.by_the_scheme());
     }
     EXPECT_LT(taken, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
     EXPECT_LT(made, 0.01 * o.rows.front().ledger.kinetic) << stiffness;
