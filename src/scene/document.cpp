@@ -91,11 +91,22 @@ std::string name_of(const Node& table) {
   return name && name->kind == Node::Kind::text ? name->text : std::string();
 }
 
+/// The name of an entry without one, from its place in the list; empty where there are none such.
+std::string name_by_place(const std::string& list, std::size_t place) {
+  return list == "block" ? fmt::format("B{}", place + 1) : list == "structure" ? fmt::format("S{}", place + 1) : std::string();
+}
+
+std::string name_in(const std::string& list, const Node& array, std::size_t place) {
+  const Node& item = array.items[place];
+  return item.kind == Node::Kind::table && item.find("name") == nullptr && item.find("between") == nullptr ? name_by_place(list, place) : name_of(item);
+}
+
 /// Names may hold dots: the longest name that the rest of the key starts with.
-Node* find_named(Node& array, const std::string& rest, std::size_t& used) {
+Node* find_named(const std::string& list, Node& array, const std::string& rest, std::size_t& used) {
   Node* found = nullptr;
-  for (Node& item : array.items) {
-    const std::string name = name_of(item);
+  for (std::size_t i = 0; i < array.items.size(); ++i) {
+    Node& item = array.items[i];
+    const std::string name = name_in(list, array, i);
     std::vector<std::string> forms{name};
     if (const auto slash = name.find('/'); slash != std::string::npos && item.find("between"))
       forms.push_back(name.substr(slash + 1) + "/" + name.substr(0, slash));
@@ -135,15 +146,15 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
     return;
   }
   Node* at = &root;
-  std::string rest = key;
+  std::string rest = key, list;   // the list that the key is in
   while (true) {
     if (at->kind == Node::Kind::array) {
       std::size_t used = 0;
-      Node* item = find_named(*at, rest, used);
+      Node* item = find_named(list, *at, rest, used);
       if (!item || used >= rest.size()) {
         std::vector<std::string> names;
-        for (const Node& n : at->items)
-          if (!name_of(n).empty()) names.push_back(name_of(n));
+        for (std::size_t i = 0; i < at->items.size(); ++i)
+          if (std::string name = name_in(list, *at, i); !name.empty()) names.push_back(std::move(name));
         const std::string wanted = rest.substr(0, rest.find('.'));
         const std::string near = nearest_name(wanted, names);
         if (item) fail("the key ends at a table", "add the key inside it, for example " + key + ".velocity");
@@ -176,6 +187,7 @@ void set_value(Node& root, const std::string& key, const std::string& value, std
       child = &at->entries.back().value;
     }
     at = child;
+    list = part;
     rest = rest.substr(dot + 1);
   }
 }

@@ -66,7 +66,7 @@ std::vector<Key> block_keys() {
                {.path = "block.spin", .type = Type::vector, .dimension = angular_velocity, .fallback = "[0.0, 0.0, 0.0]", .doc = "Angular velocity at t = 0, in world axes."},
                {.path = "block.fixed", .type = Type::boolean, .fallback = "false", .doc = "The block does not move at all."},
                {.path = "block.fixed_points", .type = Type::vectors, .dimension = length, .doc = "Points of the block, in world coordinates at t = 0, that stay where they are."},
-               {.path = "block.deformable", .type = Type::boolean, .doc = "12 degrees of freedom (with strain) in place of 6. Omitted: true where the material has `young`. With `dda-1988` always true."}});
+               {.path = "block.deformable", .type = Type::boolean, .doc = "12 degrees of freedom (with strain) in place of 6; strains are damped, the slowest at 2 % of critical. Omitted: true where the material has `young`. With `dda-1988` always true."}});
 
   keys.push_back({.path = "impact", .type = Type::table, .doc = "For `talus impact`: one block that strikes a structure."});
   keys.push_back({.path = "impact.structure", .type = Type::text, .doc = "The structure that is hit.", .required = "if the scene has more than one"});

@@ -210,6 +210,9 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
     view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
 
+  const bool blocks_move = view.has("rock_mass") || std::any_of(scene.blocks.begin(), scene.blocks.end(), [](const Block& b) { return !b.fixed; });
+  if (scene.simulation.until_rest && scene.simulation.gravity.isZero(0) && blocks_move)
+    view.table("simulation")->problem("until", "nothing makes a block come to rest without gravity", "leave until out: the run ends with its duration");
   warn_of_the_implausible(in, view);
 
   std::stable_sort(problems.begin(), problems.end(), [](const Problem& a, const Problem& b) {

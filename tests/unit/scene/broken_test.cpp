@@ -45,6 +45,7 @@ const Broken list[] = {
     {"accuracy = 1e-3", "method = \"dda-1988\"", "simulation.step", "works with a fixed step"},
     {"accuracy = 1e-3", "accuracy = 1e-3\nmethod = \"dda-1988\"", "simulation.accuracy", "has no error control"},
     {"accuracy = 1e-3", "method = \"dda1988\"", "simulation.method", "did you mean \"dda-1988\"?"},
+    {"accuracy = 1e-3", "until = \"rest\"\ngravity = [0, 0, 0]", "simulation.until", "without gravity"},
     {"accuracy = 1e-3", "gravity = [0, -9.81]", "simulation.gravity", "must be [x, y, z], each an acceleration in m/s^2"},
     {"accuracy = 1e-3", "gravity = -9.81", "simulation.gravity", "must be [x, y, z]"},
     {"accuracy = 1e-3", "gravity = [0, 0, \"9.81 m/s\"]", "simulation.gravity", "this one is in m/s"},

@@ -234,6 +234,18 @@ TEST(ReadScene, SetReplacesByNameAndPlace) {
   EXPECT_THROW(read_scene_text(full, place.scene(), {{"simulation.step", "1e-4 s"}, {"simulation.accuracy", "1e-3"}}), InputError);
 }
 
+TEST(ReadScene, SetKnowsTheNamesThatPlacesGive) {
+  const Place place;
+  const std::string text = changed(full, "name = \"B1\"\n", "");
+  EXPECT_EQ(read_scene_text(text, place.scene(), {{"block.B1.velocity", "[0,0,-5]"}}).blocks[0].velocity, Vec3(0, 0, -5));
+  try {
+    read_scene_text(text, place.scene(), {{"block.B2.velocity", "[0,0,1]"}});
+    FAIL();
+  } catch (const InputError& e) {
+    EXPECT_NE(std::string(e.what()).find("did you mean \"B1\"?"), std::string::npos) << e.what();
+  }
+}
+
 TEST(ReadScene, ResolvedReadsBackToTheSameBits) {
   const Place place;
   std::string text = changed(full, "{ dip_direction = \"2 deg\", dip = \"29 deg\" }", "{ quaternion = [0.3, 0.1, -0.7, 0.2] }");
