@@ -18,7 +18,7 @@ bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<doub
 bool Search::newton(double epsilon, int max_newton) {
   NewtonOptions options;
   options.tolerance = tolerance_;
-  options.sufficient = sufficient_ > tolerance_ ? sufficient_ : 0;
+  options.sufficient = sufficient_ > tolerance_ ? sufficient_ : round_off_;
   options.max_outer = settings_->max_outer;
   options.epsilon = epsilon;
   options.max_newton = max_newton;
@@ -128,6 +128,7 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
   report_ = &report;
   polished_ = INFINITY;
   polished_for_ = 0;
+  round_off_ = 0;
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   hessian_.prepare(system);
@@ -136,6 +137,7 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
 bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   sufficient_ = tolerance_;   // what else would do depends on where the search began
+  round_off_ = std::min(100 * tolerance_, std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale);   // where rows that repeat each other may hold it
   for (Vec3& impulse : p) impulse *= 0.5;   // of the same region
   newton(1e-4, 20);
   p = best_p;

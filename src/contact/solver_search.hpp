@@ -45,6 +45,7 @@ class Search {
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
   double tolerance_ = 0, sufficient_ = 0;   // [m/s]
+  double round_off_ = 0;                    // below which three iterations that do not halve the residual end a Newton method that may not stop at what suffices [m/s]
   double polished_ = 0;                     // residual from which the last polish started [m/s], and its iterations
   int polished_for_ = 0;
   Hessian hessian_;
