@@ -23,7 +23,8 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = unsolved_ = 0;
-  released_ = false;
+  crowded_ = released_ = false;
+  work_ = 0;
   found_for_ = -1;
   followed_ = -1;
   skin_path_ = skin_travel_ = step_length_ = 0;

@@ -134,7 +134,7 @@ class IslandStepper {
   void carry_out_of_reach();
   double reach(int block, double h) const;
   double approach_reach(const CandidatePair& pair, double h) const;
-  bool in_heap() const { return static_cast<int>(island_->blocks.size()) > settings_.event_blocks && island_->structures.empty(); }
+  bool in_heap() const { return island_->structures.empty() && (crowded_ || static_cast<int>(island_->blocks.size()) > settings_.event_blocks); }
   double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
   double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
@@ -151,7 +151,8 @@ class IslandStepper {
   static constexpr int most_unsolved = 2;
   /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
-  bool event_driven() const { return static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
+  bool event_driven() const { return !crowded_ && static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
+  bool too_much_happens(double duration) const;
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
   double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
 
@@ -333,6 +334,8 @@ class IslandStepper {
   double step_length_ = 0;                // of the step being computed [s]
   double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]
   int impacts_ = 0;
+  bool crowded_ = false;                  // events took more work than they are worth: for the rest of the stretch the island goes as a large one
+  double work_ = 0;                       // of the contact problems of the stretch: contacts times factorisations
   int unsolved_ = 0;                      // problems of the stretch that had no solution
 };
 

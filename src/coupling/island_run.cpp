@@ -12,6 +12,7 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
+constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
@@ -46,7 +47,12 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    trial.lumped = !small || impacts_ > 200 || grazes > most_grazes || jammed();
+    if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) {
+      crowded_ = true;
+      suggested_ = 0;
+      found_for_ = -1;
+    }
+    trial.lumped = !event_driven() || impacts_ > 200 || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
@@ -98,6 +104,11 @@ IslandReport IslandStepper::run(double t, double duration) {
   }
   report_.next_step = suggested_;
   return report_;
+}
+
+/// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
+bool IslandStepper::too_much_happens(double duration) const {
+  return settings_.fixed_step <= 0 && work_ > most_work * std::ceil(duration / step_limit(duration, true));
 }
 
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.

@@ -84,7 +84,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = problem_.contacts.size() <= many_contacts || event_driven(), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = event_driven() || (problem_.contacts.size() <= many_contacts && !crowded_), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(),
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .speed = speed_, .fastest = fastest_,
@@ -98,6 +98,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
     if (r.converged && moves) r = solve_closer(solver_, problem_, settings, speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
     n.outer += r.outer;
@@ -146,7 +147,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   bool solved = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    if (lumped && jammed() && !in_heap()) ask_for_no_motion(touches_, problem_, h);
+    if (lumped && jammed() && (crowded_ || !in_heap())) ask_for_no_motion(touches_, problem_, h);
     const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
     solved = solve_rolling(h, effort);
     if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) {

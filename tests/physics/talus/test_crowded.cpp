@@ -1,0 +1,57 @@
+// Small islands in which much happens at once cost no more than large ones.
+#include <gtest/gtest.h>
+
+#include "verify/measures.hpp"
+#include "verify/scene_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+SceneText ground(double duration, const std::string& more) {
+  SceneText s(Method::by_accuracy(1e-3), duration);
+  s.history(0.05).material("rock", 2500).material("ground", 2500).plane(Vec3::UnitZ());
+  return s.interface("rock", "*", 0.5, "normal_stiffness = \"hard\"\n" + more);
+}
+
+/// What a run took: of its outcome only what must hold whatever way the blocks go.
+void costs(const Outcome& o, long factorisations, long steps) {
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const auto& n = o.result.counters;
+  EXPECT_LT(n.newton, factorisations);
+  EXPECT_LT(n.steps + n.rejected, steps);
+  EXPECT_EQ(n.tier_e, 0);
+  EXPECT_LT(n.worst_penetration, 1e-9);
+}
+
+/// Ten cubes in a pyramid, hit by an eleventh that turned.
+TEST(Crowded, PyramidHitByABlock) {
+  SceneText s = ground(2, "restitution = 0");
+  for (int level = 0; level < 4; ++level)
+    for (int i = 0; i < 4 - level; ++i) s.box("cube" + std::to_string(10 * level + i), Vec3::Ones(), Vec3((i - 0.5 * (3 - level)) * 1.05, 0, 0.5 + level));
+  s.box("block", Vec3::Ones(), Vec3(-5, 0.1, 1.5), velocity({8, 0, 0}) + turned({0.3, 0.2, 0.1}));
+  costs(run_scene(s.str()), 80000, 300);
+}
+
+/// Ten bricks in four courses, hit by a faceted ball.
+SceneText wall(const std::string& law) {
+  SceneText s = ground(1, law);
+  for (int course = 0; course < 4; ++course) {
+    const int bricks = 3 - course % 2;
+    for (int i = 0; i < bricks; ++i) s.box("brick" + std::to_string(10 * course + i), Vec3(0.6, 0.3, 0.3), Vec3((i - 0.5 * (bricks - 1)) * 0.6, 0, (course + 0.5) * 0.3));
+  }
+  return s.raw("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.6\nposition = [0.1, -1.5, 0.8]\nvelocity = [0, 6, 0]\n");
+}
+
+TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 120000, 900); }
+
+TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 120000, 900); }
+
+/// The first of ten slabs on end is pushed over.
+TEST(Crowded, RowOfDominoes) {
+  SceneText s = ground(3, "restitution = 0");
+  for (int i = 0; i < 10; ++i) s.box("slab" + std::to_string(i), Vec3(0.15, 0.5, 1), Vec3(0.5 * i, 0, 0.5), i == 0 ? velocity({0.75, 0, 0}) + spin({0, 1.5, 0}) : std::string());
+  costs(run_scene(s.str()), 150000, 1200);
+}
+
+}  // namespace
+}  // namespace talus::verify
