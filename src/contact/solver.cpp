@@ -57,35 +57,43 @@ void sweeps(Search& search, double tolerance, SolveReport& report) {
 /// Solves with the contacts that carry an impulse or are near to it; those that the solution closes are added. Costs in proportion.
 bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>& every_p, std::vector<char>& chosen,
                     const SolveSettings& settings, SolveReport& report) {
+  std::vector<int> part;   // what is chosen, ascending
   System& system = search.system;
   const double tolerance = settings.tolerance * settings.velocity_scale;
   const int nc = system.contacts();
   every_p = search.best_p;
   chosen.assign(nc, 0);
   const double near = search.best + 10 * tolerance;
-  for (int i = 0; i < nc; ++i) {
-    const Touch& t = system.touch[i];
-    chosen[i] = every_p[i] != Vec3::Zero() || t.law.floor < 0 || t.law.cohesion > 0 ||
-                system.relative_normal(t, search.best_v.data()) + t.bias.x() < near;
-  }
+  in_ranges(nc, contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      chosen[i] = every_p[i] != Vec3::Zero() || t.law.floor < 0 || t.law.cohesion > 0 ||
+                  system.relative_normal(t, search.best_v.data()) + t.bias.x() < near;
+    }
+  });
   every.swap(system.touch);
   for (int round = 0;; ++round) {
     const bool whole = round >= 4 || std::count(chosen.begin(), chosen.end(), 1) > 0.9 * nc;
     if (whole) chosen.assign(nc, 1);
-    system.touch.clear();
-    search.p.clear();
+    part.clear();
     for (int i = 0; i < nc; ++i)
-      if (chosen[i]) {
-        system.touch.push_back(every[i]);
-        search.p.push_back(every_p[i]);
+      if (chosen[i]) part.push_back(i);
+    system.touch.resize(part.size());
+    search.p.resize(part.size());
+    in_ranges(static_cast<int>(part.size()), contacts_at_once, [&](int from, int to) {
+      for (int k = from; k < to; ++k) {
+        system.touch[k] = every[part[k]];
+        search.p[k] = every_p[part[k]];
       }
+    });
     system.list();
     system.velocities(search.p, search.v);
     search.best = INFINITY;
     search.consider(search.p, search.v, system.residual(search.v, search.p));
     const bool done = search.best <= tolerance || search.run(settings, report);
     for (int i = 0, k = 0; i < nc; ++i) every_p[i] = chosen[i] ? search.best_p[k++] : Vec3::Zero();
-    system.touch = every;
+    system.touch.resize(every.size());
+    in_ranges(nc, contacts_at_once, [&](int from, int to) { std::copy(every.begin() + from, every.begin() + to, system.touch.begin() + from); });
     system.list();
     search.best_p = every_p;
     search.best = system.residual(search.best_v, every_p);
@@ -101,14 +109,16 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
 /// The impulses of the problem, within the law's bounds.
 void start_from(const ContactProblem& problem, const System& system, std::vector<Vec3>& p) {
   p.resize(system.touch.size());
-  for (std::size_t i = 0; i < p.size(); ++i) {
-    const Touch& t = system.touch[i];
-    Vec3 start = problem.contacts[t.id].impulse;
-    if (!start.allFinite() || !(t.w > 0)) start.setZero();
-    Law cone = t.law;
-    cone.exact = false;
-    project(cone, start, 1, 1, p[i], nullptr);
-  }
+  in_ranges(system.contacts(), contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      Vec3 start = problem.contacts[t.id].impulse;
+      if (!start.allFinite() || !(t.w > 0)) start.setZero();
+      Law cone = t.law;
+      cone.exact = false;
+      project(cone, start, 1, 1, p[i], nullptr);
+    }
+  });
 }
 
 }  // namespace

@@ -99,37 +99,42 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   std::vector<int> position(nb);
   for (int k = 0; k < nb; ++k) position[permutation[k]] = k;
   // Structure of every column in elimination order: its later neighbours and those of its children.
-  std::vector<std::vector<int>> structure(nb);
-  for (const auto& [a, b] : pairs_) {
-    const int i = std::min(position[a], position[b]), j = std::max(position[a], position[b]);
-    structure[i].push_back(j);
-  }
-  std::vector<int> parent(nb, -1), merged;
-  std::vector<std::vector<int>> child(nb);
+  std::vector<int> first_own(nb + 1, 0), own(pairs_.size());
+  for (const auto& [a, b] : pairs_) ++first_own[std::min(position[a], position[b]) + 1];
+  for (int j = 0; j < nb; ++j) first_own[j + 1] += first_own[j];
+  std::vector<int> next(first_own.begin(), first_own.end() - 1);
+  for (const auto& [a, b] : pairs_) own[next[std::min(position[a], position[b])]++] = std::max(position[a], position[b]);
+  std::vector<int> entries, begin(nb), end(nb), seen_by(nb, -1);   // structure of column j: entries from begin[j] to end[j]
+  entries.reserve(8 * pairs_.size());
+  std::vector<int> parent(nb, -1), child(nb, -1), last_child(nb, -1), sibling(nb, -1);   // children in ascending order
   for (int j = 0; j < nb; ++j) {
-    auto& s = structure[j];
-    std::sort(s.begin(), s.end());
-    for (int c : child[j]) {
-      merged.clear();
-      std::set_union(s.begin(), s.end(), structure[c].begin() + 1, structure[c].end(), std::back_inserter(merged));
-      s.swap(merged);
-    }
-    if (!s.empty()) {
-      parent[j] = s.front();
-      child[s.front()].push_back(j);
-    }
+    begin[j] = static_cast<int>(entries.size());
+    const auto take = [&](int i) {
+      if (seen_by[i] != j) entries.push_back(i);
+      seen_by[i] = j;
+    };
+    for (int k = first_own[j]; k < first_own[j + 1]; ++k) take(own[k]);
+    for (int c = child[j]; c >= 0; c = sibling[c])
+      for (int k = begin[c] + 1; k < end[c]; ++k) take(entries[k]);
+    end[j] = static_cast<int>(entries.size());
+    if (begin[j] == end[j]) continue;
+    std::sort(entries.begin() + begin[j], entries.end());
+    const int above = parent[j] = entries[begin[j]];
+    (child[above] < 0 ? child[above] : sibling[last_child[above]]) = j;
+    last_child[above] = j;
   }
   // Postorder, so that the update matrices form a stack.
-  std::vector<int> post, stack, visit(nb, 0);
+  std::vector<int> post, stack, visit = child;   // the next child of every column to go to
   post.reserve(nb);
   for (int root = 0; root < nb; ++root) {
     if (parent[root] >= 0) continue;
     stack.push_back(root);
     while (!stack.empty()) {
       const int j = stack.back();
-      if (visit[j] < static_cast<int>(child[j].size()))
-        stack.push_back(child[j][visit[j]++]);
-      else {
+      if (const int c = visit[j]; c >= 0) {
+        stack.push_back(c);
+        visit[j] = sibling[c];
+      } else {
         post.push_back(j);
         stack.pop_back();
       }
@@ -139,30 +144,31 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   for (int k = 0; k < nb; ++k) rank[post[k]] = k;
   auto size_at = [&](int j) { return sizes_[permutation[j]]; };
   // Relaxed supernodes: a column joins the front of its last child if that costs few explicit zeros.
-  std::vector<int> front_of(nb, -1), last;
-  std::vector<std::vector<int>> pivots;
+  std::vector<int> front_of(nb, -1), first_pivot, own_size;   // place in `post` of a front's first pivot
+  const auto rest_of = [&](int j) {
+    int size = 0;
+    for (int k = begin[j]; k < end[j]; ++k) size += size_at(entries[k]);
+    return size;
+  };
   for (int k = 0; k < nb; ++k) {
     const int j = post[k];
     int join = -1;
     if (k > 0 && parent[post[k - 1]] == j) {
       const int f = front_of[post[k - 1]];
-      int rest_child = 0, rest_own = size_at(j), own = 0;
-      for (int i : structure[post[k - 1]]) rest_child += size_at(i);
-      for (int i : structure[j]) rest_own += size_at(i);
-      for (int i : pivots[f]) own += size_at(i);
-      const int zeros = rest_own - rest_child;  // scalar rows added to each of the front's columns
-      if (zeros == 0 || (own + size_at(j) <= supernode_limit && zeros * own <= (rest_own * (own + size_at(j))) / 4)) join = f;
+      const int rest_own = size_at(j) + rest_of(j), pivots = own_size[f];
+      const int zeros = rest_own - rest_of(post[k - 1]);  // scalar rows added to each of the front's columns
+      if (zeros == 0 || (pivots + size_at(j) <= supernode_limit && zeros * pivots <= (rest_own * (pivots + size_at(j))) / 4)) join = f;
     }
     if (join < 0) {
-      join = static_cast<int>(pivots.size());
-      pivots.emplace_back();
-      last.push_back(j);
+      join = static_cast<int>(first_pivot.size());
+      first_pivot.push_back(k);
+      own_size.push_back(0);
     }
-    pivots[join].push_back(j);
-    last[join] = j;
+    own_size[join] += size_at(j);
     front_of[j] = join;
   }
-  const int nf = static_cast<int>(pivots.size());
+  const int nf = static_cast<int>(first_pivot.size());
+  first_pivot.push_back(nb);
   fronts_.resize(nf);
   std::vector<int> place(nb, -1);
   std::size_t factor_size = 0;
@@ -177,13 +183,14 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
       front_offset_.push_back(at);
       at += size_at(j);
     };
-    for (int j : pivots[f]) put(j);
-    front.pivot_bodies = static_cast<int>(pivots[f].size());
+    for (int k = first_pivot[f]; k < first_pivot[f + 1]; ++k) put(post[k]);
+    front.pivot_bodies = first_pivot[f + 1] - first_pivot[f];
     front.pivots = at;
-    for (int j : structure[last[f]]) put(j);
+    const int last = post[first_pivot[f + 1] - 1];
+    for (int k = begin[last]; k < end[last]; ++k) put(entries[k]);
     front.size = at;
     front.bodies = static_cast<int>(front_body_.size()) - front.first_body;
-    front.parent = parent[last[f]] < 0 ? -1 : front_of[parent[last[f]]];
+    front.parent = parent[last] < 0 ? -1 : front_of[parent[last]];
     front.factor = factor_size;
     front.pivot_row = pivot_total;
     factor_size += static_cast<std::size_t>(front.size) * front.pivots +
@@ -193,11 +200,12 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
   for (int f = 0; f < nf; ++f)
     if (fronts_[f].parent >= 0) ++fronts_[fronts_[f].parent].children;
   // Every block of the matrix belongs to the front that eliminates its first body.
-  std::vector<std::vector<int>> pairs_of(nf);
-  for (std::size_t p = 0; p < pairs_.size(); ++p) {
-    const int i = std::min(rank[position[pairs_[p].first]], rank[position[pairs_[p].second]]);
-    pairs_of[front_of[post[i]]].push_back(static_cast<int>(p));
-  }
+  const auto front_of_pair = [&](const std::pair<int, int>& p) { return front_of[post[std::min(rank[position[p.first]], rank[position[p.second]])]]; };
+  std::vector<int> first_pair(nf + 1, 0), pairs_of(pairs_.size());
+  for (const auto& p : pairs_) ++first_pair[front_of_pair(p) + 1];
+  for (int f = 0; f < nf; ++f) first_pair[f + 1] += first_pair[f];
+  next.assign(first_pair.begin(), first_pair.end() - 1);
+  for (std::size_t p = 0; p < pairs_.size(); ++p) pairs_of[next[front_of_pair(pairs_[p])]++] = static_cast<int>(p);
   for (int f = 0; f < nf; ++f) {
     Front& front = fronts_[f];
     front.first_entry = static_cast<int>(entries_.size());
@@ -206,7 +214,8 @@ void BlockLU::symbolic(const std::vector<int>& permutation) {
       const int a = front_body_[front.first_body + i];
       entries_.push_back({diagonal_[a], sizes_[a], sizes_[a], place[a], place[a]});
     }
-    for (int p : pairs_of[f]) {
+    for (int k = first_pair[f]; k < first_pair[f + 1]; ++k) {
+      const int p = pairs_of[k];
       const auto [a, b] = pairs_[p];
       entries_.push_back({upper_[p], sizes_[a], sizes_[b], place[a], place[b]});
       entries_.push_back({lower_[p], sizes_[b], sizes_[a], place[b], place[a]});
@@ -264,8 +273,24 @@ void BlockLU::part() {
     p.outside.erase(std::unique(p.outside.begin(), p.outside.end()), p.outside.end());
   }
   shared_.clear();
+  levels_.clear();
+  left_.assign(fronts_.size(), Update{});
+  std::vector<int> part_of_front(fronts_.size());
   for (std::size_t k = 0; k < parts_.size(); ++k)
-    if (parts_[k].shared) shared_.push_back(static_cast<int>(k));
+    std::fill(part_of_front.begin() + parts_[k].first, part_of_front.begin() + parts_[k].last, static_cast<int>(k));
+  for (int f = 0; f < nf; ++f)
+    if (const int parent = fronts_[f].parent; parent >= 0 && part_of_front[parent] != part_of_front[f]) parts_[part_of_front[parent]].below.push_back(f);
+  for (std::size_t k = 0; k < parts_.size(); ++k) {   // children come before their parents
+    Part& p = parts_[k];
+    if (p.shared) {
+      shared_.push_back(static_cast<int>(k));
+      continue;
+    }
+    p.level = 1;
+    for (const int f : p.below) p.level = std::max(p.level, parts_[part_of_front[f]].level + 1);
+    if (levels_.size() < static_cast<std::size_t>(p.level)) levels_.resize(static_cast<std::size_t>(p.level));
+    levels_[static_cast<std::size_t>(p.level - 1)].push_back(static_cast<int>(k));
+  }
 }
 
 }  // namespace talus::contact::detail

@@ -1,6 +1,7 @@
 #include "contact/solver_interior.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <numeric>
 
@@ -51,12 +52,12 @@ void Interior::begin(double delta) {
   for (auto* x : {&step_, &rhs_, &force_, &vp_}) x->resize(n);
   count_ = 0;
   lag_ = 0;
-  for (int i = 0; i < nc; ++i) {
+  const auto place = [&](std::size_t i) {
     const Touch& t = system_->touch[i];
     Pair& q = pairs_[i];
     if (!(t.w > 0)) {
       p_[i].setZero();
-      continue;
+      return;
     }
     q.frictional = t.law.mu > 0 || t.law.mu * t.law.floor + t.law.cohesion > 0;
     q.P = p_[i].x() - t.law.floor;
@@ -66,8 +67,12 @@ void Interior::begin(double delta) {
     q.ut = u.tail<2>();
     q.gamma = q.ut.norm() + slip_slack(t.law, delta);
     q.y = std::max(u.x() - (t.law.exact ? 0.0 : t.law.mu * q.gamma), delta);
-    count_ += q.frictional ? 2 : 1;
-  }
+  };
+  in_ranges(nc, contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) place(static_cast<std::size_t>(i));
+  });
+  for (int i = 0; i < nc; ++i)
+    if (system_->touch[i].w > 0) count_ += pairs_[i].frictional ? 2 : 1;
 }
 
 /// Fills v(p) and the normal velocities at the point; returns the mean of the complementary products [m^2/s^2].
@@ -195,13 +200,17 @@ void Interior::right_hand_side(Phase phase, double tau) {
 
 /// Every contact's step from that of the velocities; returns the longest that all of them admit.
 double Interior::steps(Phase phase, double tau) {
+  std::atomic<double> alpha = 1;   // the least: the same in whatever order
   in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) {
-    for (int i = from; i < to; ++i)
-      if (const Touch& t = system_->touch[i]; t.w > 0) contact_step(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
+    double here = 1;
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system_->touch[i];
+      if (!(t.w > 0)) continue;
+      contact_step(t, pairs_[i], static_cast<std::size_t>(i), phase, tau);
+      here = std::min(here, pairs_[i].own);
+    }
+    for (double least = alpha.load(std::memory_order_relaxed); here < least && !alpha.compare_exchange_weak(least, here, std::memory_order_relaxed);) {}
   });
-  double alpha = 1;
-  for (int i = 0; i < system_->contacts(); ++i)
-    if (system_->touch[i].w > 0) alpha = std::min(alpha, pairs_[i].own);
   return alpha;
 }
 
@@ -262,7 +271,8 @@ bool Interior::direction(double complementarity, int correctors, double& alpha) 
   hessian_->lu.solve(step_.data());
   alpha = steps(Phase::corrector, tau);
   for (int k = 0; k < correctors && alpha < long_step; ++k) {
-    last_pairs_ = pairs_;
+    last_pairs_.resize(pairs_.size());
+    in_ranges(system_->contacts(), contacts_at_once, [&](int from, int to) { std::copy(pairs_.begin() + from, pairs_.begin() + to, last_pairs_.begin() + from); });
     last_step_ = step_;
     right_hand_side(Phase::corrector, tau);
     step_ = rhs_;

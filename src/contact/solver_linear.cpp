@@ -72,7 +72,10 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
 
 }  // namespace
 
-void BlockLU::set_zero() { std::fill(values_.begin(), values_.end(), 0.0); }
+void BlockLU::set_zero() {
+  constexpr int values_at_once = 1 << 14;
+  in_ranges(static_cast<int>(values_.size()), values_at_once, [&](int from, int to) { std::fill(values_.begin() + from, values_.begin() + to, 0.0); });
+}
 
 /// The front's own blocks of the matrix, and what its children left.
 void BlockLU::gather_front(const Front& front, Part& part) {
@@ -90,6 +93,10 @@ void BlockLU::gather_front(const Front& front, Part& part) {
   if (front.children == 0) return;
   part.place.resize(sizes_.size());
   for (int i = 0; i < front.bodies; ++i) part.place[front_body_[front.first_body + i]] = front_offset_[front.first_body + i];
+  if (!part.shared) {
+    for (auto kid = part.below.rbegin(); kid != part.below.rend(); ++kid) add_child(fronts_[*kid], parts_[left_[*kid].part].stack.data() + left_[*kid].at, part.place, m, F);
+    return;
+  }
   for (int c = 0; c < front.children; ++c) {
     const Update update = part.updates.back();
     part.updates.pop_back();
@@ -142,6 +149,7 @@ bool BlockLU::factor_part(int number) {
     for (int c = 0; c < r; ++c)
       std::memcpy(part.stack.data() + at + static_cast<std::size_t>(c) * r, F + static_cast<std::size_t>(k + c) * m + k, sizeof(double) * r);
     part.updates.push_back({f, number, at});
+    left_[f] = part.updates.back();
   }
   return true;
 }
@@ -157,14 +165,12 @@ bool BlockLU::factor() {
       if (!factor_part(shared_[k])) good.store(false, std::memory_order_relaxed);
   });
   if (!good) return false;
-  // The rest one after the other: what each part leaves goes on to the next.
-  for (std::size_t k = 0; k < parts_.size(); ++k) {
-    if (k > 0) {
-      std::vector<Update>&last = parts_[k - 1].updates, &own = parts_[k].updates;
-      own.insert(own.begin(), last.begin(), last.end());
-      last.clear();
-    }
-    if (!parts_[k].shared && !factor_part(static_cast<int>(k))) return false;
+  for (const std::vector<int>& level : levels_) {
+    in_ranges(static_cast<int>(level.size()), 1, [&](int from, int to) {
+      for (int k = from; k < to; ++k)
+        if (!factor_part(level[k])) good.store(false, std::memory_order_relaxed);
+    });
+    if (!good) return false;
   }
   return true;
 }

@@ -28,6 +28,8 @@ class BlockLU {
   /// x: in the right-hand side, out the solution; stacked in the order of the bodies.
   void solve(double* x) const;
   int size() const { return n_; }
+  /// How many fronts wait for each other at the top of the tree, at most; 0: none is shared.
+  int levels() const { return static_cast<int>(levels_.size()); }
   /// Entries of the factor, for reports.
   std::size_t factor_entries() const { return factor_.size(); }
 
@@ -45,12 +47,14 @@ class BlockLU {
   struct Update { int front, part; std::size_t at; };   // what a front leaves to its parent, on the stack of a part
   // Aligned, so that the order in which packets sum never depends on where the buffer happens to lie.
   using Buffer = std::vector<double, Eigen::aligned_allocator<double>>;
-  /// A range of fronts, children first. Shared parts wait for no other, and threads take them in any order; which they are depends on the
-  /// pattern alone, and so do all sums.
+  /// A range of fronts, children first. Shared parts wait for no other, and threads take them in any order; every other part is one front, which waits for
+  /// those below it, and threads share those of a level. Which they are depends on the pattern alone, and so do all sums.
   struct Part {
     int first = 0, last = 0;
     bool shared = false;
     int largest = 0;               // size of its fronts
+    int level = 0;                 // 0: it waits for none
+    std::vector<int> below;        // fronts of other parts whose parent it is, ascending
     std::vector<int> outside;      // bodies of its fronts that others eliminate
     Buffer stack, front, upper, local, left;
     std::size_t top = 0;           // of the stack
@@ -73,6 +77,8 @@ class BlockLU {
   Buffer values_, factor_;
   mutable std::vector<Part> parts_;      // with their buffers
   std::vector<int> shared_, part_of_body_;
+  std::vector<std::vector<int>> levels_;   // parts that are not shared, by level
+  std::vector<Update> left_;               // of the last front of a part's subtrees: what it leaves to other parts
   std::vector<Front> fronts_;
   std::vector<int> front_body_, front_offset_, pivot_rows_;
   std::vector<Entry> entries_;

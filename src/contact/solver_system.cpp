@@ -197,7 +197,7 @@ void System::number(const ContactProblem& problem, bool exact_coulomb) {
     entries += static_cast<std::size_t>(m) * m;
     n += m;
   }
-  root.resize(entries);
+  if (root.size() < entries) root.resize(entries);
   v_hat.resize(static_cast<std::size_t>(n));
   held.resize(static_cast<std::size_t>(n));
   touch.resize(problem.contacts.size());
@@ -221,7 +221,7 @@ void System::number(const ContactProblem& problem, bool exact_coulomb) {
     }
     t.count = static_cast<int>(terms.size()) - t.first;
   }
-  J.resize(at);
+  if (J.size() < at) J.resize(at);   // what is beyond is not looked at: shrunk and grown again it would be cleared each time
 }
 
 /// Jacobians, bias and Delassus block of one contact.

@@ -3,8 +3,10 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <random>
 #include <set>
 
+#include "contact/solver_linear.hpp"
 #include "contact/solver_order.hpp"
 #include "contact/solver_system.hpp"
 #include "solver_problems.hpp"
@@ -37,6 +39,55 @@ TEST(SolverThreads, GiveTheSameBits) {
   EXPECT_EQ(one.report.newton, two.report.newton);
   EXPECT_EQ(one.v, two.v);
   EXPECT_EQ(one.v, three.v);
+}
+
+TEST(BlockLU, FrontsThatWaitForOthersGiveTheSameBitsAndTheSolution) {
+  constexpr int nx = 12, ny = 12, nz = 5, m = 6;   // bodies of a grid, each coupled to its neighbours
+  const std::vector<int> sizes(nx * ny * nz, m);
+  std::vector<std::pair<int, int>> pairs;
+  for (int i = 0; i < nx * ny * nz; ++i)
+    for (const auto& [step, last] : {std::pair(1, (i + 1) % nx == 0), std::pair(nx, (i / nx + 1) % ny == 0), std::pair(nx * ny, i / (nx * ny) + 1 == nz)})
+      if (!last) pairs.emplace_back(i, i + step);
+  std::sort(pairs.begin(), pairs.end());
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> entry(-1, 1);
+  std::vector<double> off(2 * pairs.size() * m * m), b(sizes.size() * m);
+  for (double& x : off) x = entry(random);
+  for (double& x : b) x = entry(random);
+
+  const auto solution_on = [&](int threads) {
+    std::vector<double> x = b;
+    tbb::task_arena(threads).execute([&] {
+      detail::BlockLU lu;
+      lu.analyse(sizes, pairs);
+      EXPECT_GT(lu.levels(), 2);
+      for (int again = 0; again < 2; ++again) {   // the factor serves again
+        lu.set_zero();
+        for (std::size_t a = 0; a < sizes.size(); ++a)
+          for (int k = 0; k < m; ++k) lu.diagonal(static_cast<int>(a))[k * (m + 1)] = 20;
+        for (std::size_t p = 0; p < pairs.size(); ++p) {
+          std::copy_n(off.data() + 2 * p * m * m, m * m, lu.upper(static_cast<int>(p)));
+          std::copy_n(off.data() + (2 * p + 1) * m * m, m * m, lu.lower(static_cast<int>(p)));
+        }
+        EXPECT_TRUE(lu.factor());
+      }
+      lu.solve(x.data());
+    });
+    return x;
+  };
+  const std::vector<double> x = solution_on(1);
+  std::vector<double> rest = b;   // b - H x
+  for (std::size_t i = 0; i < rest.size(); ++i) rest[i] -= 20 * x[i];
+  for (std::size_t p = 0; p < pairs.size(); ++p)
+    for (int c = 0; c < m; ++c)
+      for (int r = 0; r < m; ++r) {
+        const int a = m * pairs[p].first, d = m * pairs[p].second;
+        rest[static_cast<std::size_t>(a + r)] -= off[2 * p * m * m + static_cast<std::size_t>(c * m + r)] * x[static_cast<std::size_t>(d + c)];
+        rest[static_cast<std::size_t>(d + r)] -= off[(2 * p + 1) * m * m + static_cast<std::size_t>(c * m + r)] * x[static_cast<std::size_t>(a + c)];
+      }
+  for (const double r : rest) ASSERT_NEAR(r, 0, 1e-12);
+  EXPECT_EQ(x, solution_on(2));
+  EXPECT_EQ(x, solution_on(3));
 }
 
 TEST(VisitingOrder, RunsThatAreVisitedTogetherShareNoBody) {
