@@ -77,22 +77,22 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
     while (j < half.size() && half[j].key == half[i].key) forward += half[j++].forward;
     const int n = static_cast<int>(j - i), a = static_cast<int>(half[i].key >> 32),
               b = static_cast<int>(half[i].key & 0xffffffffu);
-    const std::string key = fmt::format("mesh edge {}-{}", a, b);
-    const std::string where = point(v[a]) + " to " + point(v[b]);
+    const auto key = [&] { return fmt::format("mesh edge {}-{}", a, b); };   // told of few edges
+    const auto where = [&] { return point(v[a]) + " to " + point(v[b]); };
     if (n == 1) {
       if (++open <= most_reported)
-        problems.push_back({.file = file, .key = key, .value = where,
+        problems.push_back({.file = file, .key = key(), .value = where(),
                             .rule = fmt::format("open: only face {} uses this edge", half[i].triangle),
                             .remedy = "close the surface, or run `talus convert --repair IN OUT`"});
     } else if (n > 2) {
       if (++multiple <= most_reported)
-        problems.push_back({.file = file, .key = key, .value = where,
+        problems.push_back({.file = file, .key = key(), .value = where(),
                             .rule = fmt::format("non-manifold: {} faces meet here, faces {} and {} among them", n,
                                                 half[i].triangle, half[i + 1].triangle),
                             .remedy = "separate the parts that touch along this edge, or remove inner walls"});
     } else if (forward != 1) {
       if (++turned <= most_reported)
-        problems.push_back({.file = file, .key = key, .value = where,
+        problems.push_back({.file = file, .key = key(), .value = where(),
                             .rule = fmt::format("badly oriented: faces {} and {} run along it in the same direction",
                                                 half[i].triangle, half[i + 1].triangle),
                             .remedy = "turn one of the faces, or run `talus convert --repair IN OUT`"});
