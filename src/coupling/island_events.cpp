@@ -1,5 +1,6 @@
 // Events within a step: onsets that end it, and crossings that no row knows of.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <limits>
 
@@ -146,12 +147,11 @@ std::pair<double, double> IslandStepper::meeting(std::size_t i, const Known& kno
 IslandStepper::Crossing IslandStepper::crossing() {
   const std::size_t pairs = island_->pairs.size();
   std::vector<Known> known(pairs);
-  std::size_t t = 0;   // touches follow the order of the pairs
-  for (std::size_t i = 0; i < pairs; ++i) {
+  const auto know = [&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];
     Known& k = known[i];
-    k = {.first = t, .listed = flush_pair_[i] != 0};
-    for (; t < touches_.size() && touches_[t].a == pair.a && touches_[t].b == pair.b; ++t) {
+    k = {.first = first_of_pair_[i], .listed = flush_pair_[i] != 0};
+    for (std::size_t t = k.first; t < first_of_pair_[i + 1]; ++t) {
       k.any = true;
       k.open = k.open || touches_[t].row < 0;
       k.listed = k.listed || touches_[t].row >= 0;
@@ -165,12 +165,13 @@ IslandStepper::Crossing IslandStepper::crossing() {
     // A skin moves along with what comes off it, which this motion knows nothing of: features within reach are known, one that closes
     // unforeseen starts unloaded where it is.
     k.listed = k.listed || (k.any && moving_skin(pair.a));
-  }
+  };
   std::vector<std::pair<double, double>> met(pairs);
   Crossing out;
   out.features.resize(pairs);
   for (const Body& b : bodies_) motions_.push_back(motion_of(b.block, true));
   each_pair([&](std::size_t i) {
+    know(i);
     met[i] = meeting(i, known[i]);
     const bool may = met[i].first > 1 && known[i].listed && met[i].second > unseen() && !moving_skin(island_->pairs[i].a);
     if (may) out.features[i] = unforeseen(i, std::span(touches_).subspan(known[i].first, known[i].count));
@@ -193,8 +194,10 @@ IslandStepper::Crossing IslandStepper::crossing() {
 /// Rows for what a solution met: the touches of pairs ahead that lay beyond the reach of the step, at its start, and the features that it met
 /// unforeseen. All others keep the impulses of the last solution.
 void IslandStepper::look_ahead(const Crossing& met) {
-  bool any = false;
-  for (std::size_t i = 0; i < ahead_.size(); ++i) {
+  const auto gathered = [this](std::size_t i) { return std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]); };
+  std::atomic<bool> any = false;
+  each_pair([&](std::size_t i) {
+    bool here = false;
     if (ahead_[i] != 0 && (touches_of_[i].empty() || std::isfinite(left_out_[i]))) {
       margins_[i] = std::max(margins_[i], ahead_[i]);
       left_out_[i] = std::numeric_limits<double>::infinity();
@@ -203,30 +206,40 @@ void IslandStepper::look_ahead(const Crossing& met) {
       for (Touch& t : all) {
         if (std::ranges::any_of(touches_of_[i], [&](const Touch& known) { return known.at.key == t.at.key; })) continue;
         touches_of_[i].push_back(std::move(t));
-        any = true;
+        here = true;
       }
     }
     for (const Touch& feature : met.features[i]) {
       auto& list = touches_of_[i];
       const auto same = std::find_if(list.begin(), list.end(), [&](const Touch& t) { return t.at.key == feature.at.key; });
       // A feature of that name which was no contact at the start, but an edge within a surface that goes on, is replaced by what it became.
-      const bool none = same != list.end() && std::ranges::none_of(touches_, [&](const Touch& t) { return t.a == same->a && t.b == same->b && t.at.key == same->at.key; });
+      const bool none = same != list.end() && std::ranges::none_of(gathered(i), [&](const Touch& t) { return t.at.key == same->at.key; });
       if (none) *same = feature;
       Touch& t = same != list.end() ? *same : list.emplace_back(feature);
-      t.met = any = true;
+      t.met = here = true;
     }
-  }
+    if (here) any.store(true, std::memory_order_relaxed);
+  });
   if (!any) return;
-  const std::vector<Touch> before = touches_;
+  const std::vector<std::size_t> first_before = first_of_pair_;
+  std::vector<std::pair<contact::FeatureKey, Vec3>> before(first_before.back());   // name and force of every touch
+  std::vector<Vec3> at_surfaces;
+  for (std::size_t k = first_before.back(); k < touches_.size(); ++k) at_surfaces.push_back(touches_[k].warm);
+  each_pair([&](std::size_t i) {
+    for (std::size_t k = first_before[i]; k < first_before[i + 1]; ++k) before[k] = {touches_[k].at.key, touches_[k].warm};
+  });
   gather_touches();
-  std::size_t k = 0;
-  for (Touch& t : touches_) {   // the order of the pairs, and of the touches within one, is the same
-    std::size_t same = k;
-    while (same < before.size() && !(before[same].a == t.a && before[same].b == t.b && before[same].at.key == t.at.key)) ++same;
-    if (same == before.size()) continue;
-    t.warm = before[same].warm;
-    k = same + 1;
-  }
+  each_pair([&](std::size_t i) {
+    std::size_t k = first_before[i];
+    for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1]; ++t) {   // the order of the touches within a pair is the same
+      std::size_t same = k;
+      while (same < first_before[i + 1] && before[same].first != touches_[t].at.key) ++same;
+      if (same == first_before[i + 1]) continue;
+      touches_[t].warm = before[same].second;
+      k = same + 1;
+    }
+  });
+  for (std::size_t k = 0; k < at_surfaces.size(); ++k) touches_[first_of_pair_.back() + k].warm = at_surfaces[k];
 }
 
 bool IslandStepper::locate_event(double& h, int passes) {
@@ -256,6 +269,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     // Deepest new touch at the end of the step, its approach velocity, and its gap before.
     std::vector<Touch> keep;
     keep.swap(touches_);
+    std::vector<std::size_t> first_kept = first_of_pair_;
     found_for_ = -1;
     find(step, false);
     double gap = std::numeric_limits<double>::infinity();
@@ -267,6 +281,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
         before = gap_before(t);
       }
     touches_.swap(keep);
+    first_of_pair_.swap(first_kept);
     found_for_ = -1;
     return gap;
   };

@@ -70,10 +70,12 @@ void IslandStepper::find(double h, bool at_start) {
 /// little was moved since (`carried`, per pair [m]) that its square is below what is projected to, carried along.
 void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double>& carried) {
   std::vector<double> way(bodies_.size());
-  for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    const Pose now = dda::pose(state_, bodies_[i].block);
-    way[i] = (now.c - last[i].c).norm() + model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm();
-  }
+  contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
+    for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
+      const Pose now = dda::pose(state_, bodies_[i].block);
+      way[i] = (now.c - last[i].c).norm() + model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm();
+    }
+  });
   const auto way_of = [&](int block) {
     const int l = local_[static_cast<std::size_t>(block)];
     return l >= 0 ? way[static_cast<std::size_t>(l)] : 0.0;
@@ -101,10 +103,11 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
 
 /// The touches gathered before, where their pairs have been carried to.
 void IslandStepper::take_carried() {
-  std::size_t k = 0;   // the order of the pairs, and of the touches within one, is the same; some were dropped
-  for (const std::vector<Touch>& of : touches_of_)
-    for (const Touch& t : of)
-      if (k < touches_.size() && touches_[k].a == t.a && touches_[k].b == t.b && touches_[k].at.key == t.at.key) touches_[k++].at = t.at;
+  each_pair([this](std::size_t i) {   // the order of the touches within a pair is the same; some were dropped
+    std::size_t k = first_of_pair_[i];
+    for (const Touch& t : touches_of_[i])
+      if (k < first_of_pair_[i + 1] && touches_[k].at.key == t.at.key) touches_[k++].at = t.at;
+  });
 }
 
 /// Points and gaps of a pair's touches go along with its blocks.
@@ -226,20 +229,19 @@ void IslandStepper::leave_out(std::size_t i) {
 
 /// Springs, and in a heap the forces that the solver starts from, go on from what the pairs remember.
 void IslandStepper::carry() {
-  loose_.clear();
-  std::size_t first = 0;   // touches follow the order of the pairs
-  for (const CandidatePair& pair : island_->pairs) {
-    std::size_t last = first;
-    while (last < touches_.size() && touches_[last].a == pair.a && touches_[last].b == pair.b) ++last;
+  std::vector<std::vector<LooseSpring>> loose(island_->pairs.size());
+  each_pair([&](std::size_t i) {
+    const CandidatePair& pair = island_->pairs[i];
     const std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(pair.b)];
-    const std::span touches = std::span(touches_).subspan(first, last - first);
-    first = last;
+    const std::span touches = std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
     if (leapfrog() && moving_skin(pair.a) && !presses_on_bed(model_, env_, pair))
       leave_to_others(pair.a.id(), touches, memory, [this](const Touch& t) { return length_before(t, found_for_); });
-    if (moving_skin(pair.a) || (touches.empty() && memory.empty())) continue;
-    carry_springs(pair, touches, memory, leapfrog(), loose_);
+    if (moving_skin(pair.a) || (touches.empty() && memory.empty())) return;
+    carry_springs(pair, touches, memory, leapfrog(), loose[i]);
     if (in_heap() && !touches.empty()) hand_over(touches, memory, 1e-4 * length_);
-  }
+  });
+  loose_.clear();
+  for (const std::vector<LooseSpring>& of : loose) loose_.insert(loose_.end(), of.begin(), of.end());
   carry_out_of_reach();
 }
 
@@ -270,9 +272,16 @@ void IslandStepper::gather_touches() {
   touches_.resize(first_of_pair_.back());
   each_pair([this](std::size_t i) { std::copy(touches_of_[i].begin(), touches_of_[i].end(), touches_.begin() + static_cast<std::ptrdiff_t>(first_of_pair_[i])); });
   drop_internal_edges(model_, state_, env_, flush(), flush_skins(), touches_);
-  std::size_t t = 0;
-  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
-    for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+  if (touches_.size() == first_of_pair_.back()) {
+    std::fill(flush_pair_.begin(), flush_pair_.end(), static_cast<char>(0));
+  } else {
+    std::size_t t = 0;
+    for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+      first_of_pair_[i] = t;
+      for (; t < touches_.size() && touches_[t].a == island_->pairs[i].a && touches_[t].b == island_->pairs[i].b; ++t) flush_pair_[i] = 0;
+    }
+    first_of_pair_.back() = t;
+  }
   if (at_start_) carry();
   touches_.insert(touches_.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
   report_.counters.contacts += static_cast<long>(touches_.size());

@@ -1,5 +1,6 @@
 // The drift of closed hard contacts led back to gap >= 0 and that of fixed points to their places, its energy booked.
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <map>
 
@@ -13,14 +14,24 @@ namespace talus::coupling {
 ///
 /// What is fixed takes up any.
 std::vector<Vec3> IslandStepper::moved_moments() {
-  std::vector<Vec3> moments(bodies_.size(), Vec3::Zero());
-  for (const Touch& t : touches_) {
-    if (t.row < 0 || t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) continue;
+  struct Gain {
+    int a = -1, b = -1;   // bodies
+    double share = 0;     // b's
+    Vec3 gained;
+  };
+  std::vector<Gain> gains(problem_.contacts.size());   // of every row
+  each_touch([&](const Touch& t) {
+    if (t.row < 0 || t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) return;
     const auto a = static_cast<std::size_t>(t.a.index), b = static_cast<std::size_t>(t.b);
     const Vec3 moved = t.frame * problem_.contacts[static_cast<std::size_t>(t.row)].impulse, gained = moved.cross(state_.v[b] - state_.v[a]);
     const double share = model_.blocks[b].inertia.trace() / (model_.blocks[a].inertia.trace() + model_.blocks[b].inertia.trace());
-    moments[static_cast<std::size_t>(local_[b])] += share * gained;
-    moments[static_cast<std::size_t>(local_[a])] += (1 - share) * gained;
+    gains[static_cast<std::size_t>(t.row)] = {local_[a], local_[b], share, gained};
+  });
+  std::vector<Vec3> moments(bodies_.size(), Vec3::Zero());
+  for (const Gain& g : gains) {
+    if (g.a < 0) continue;
+    moments[static_cast<std::size_t>(g.b)] += g.share * g.gained;
+    moments[static_cast<std::size_t>(g.a)] += (1 - g.share) * g.gained;
   }
   return moments;
 }
@@ -55,10 +66,14 @@ double IslandStepper::project(double h) {
     return bound == deepest_of.end() || -t.at.gap <= bound->second;
   };
   const auto deepest_touch = [&] {
-    double deepest = 0;
-    for (const Touch& t : touches_)
-      if (believed(t)) deepest = std::max(deepest, -t.at.gap);
-    return deepest;
+    std::atomic<double> deepest = 0;   // the largest: the same in whatever order
+    contact::in_ranges(static_cast<int>(touches_.size()), touches_at_once, [&](int from, int to) {
+      double here = 0;
+      for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i)
+        if (const Touch& t = touches_[i]; believed(t)) here = std::max(here, -t.at.gap);
+      for (double most = deepest.load(std::memory_order_relaxed); here > most && !deepest.compare_exchange_weak(most, here, std::memory_order_relaxed);) {}
+    });
+    return deepest.load();
   };
   const auto farthest_point = [&] {
     double farthest = 0;
@@ -77,8 +92,10 @@ double IslandStepper::project(double h) {
   const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted), in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
   const auto near = [&] { return 4 * deepest + (in_heap() ? std::min(1e-3 * length_, 100 * deepest) : 1e-3 * length_); };
   std::vector<double> carried(island_->pairs.size(), 0.0);
-  std::vector<Pose> before, last;
+  std::vector<Pose> before, last(bodies_.size());
   for (const Body& b : bodies_) before.push_back(dda::pose(state_, b.block));
+  std::vector<char> taken;                     // per touch
+  std::vector<double> fall, turning;           // energies that the motion takes, per body [J]
   double least = std::max(deepest, drifted);   // so far
   int fruitless = 0;        // passes in a row that did not halve it, those without a solution twice: what is jammed stays in each other
   for (int pass = 0; pass < 24 && std::max(deepest, drifted) > left && fruitless < 4; ++pass) {
@@ -92,22 +109,25 @@ double IslandStepper::project(double h) {
     }
     begin_rows();
     const double within = near();
-    for (Touch& t : touches_) {
+    taken.assign(touches_.size(), 0);
+    each_touch([&](Touch& t) {
       t.row = -1;
-      if (!believed(t) || t.at.gap > within) continue;
+      if (!believed(t) || t.at.gap > within) return;
       t.mode = Mode::idle;
-      take_row(t, 1, true);
-    }
+      taken[static_cast<std::size_t>(&t - touches_.data())] = 1;
+    });
+    for (std::size_t i = 0; i < touches_.size(); ++i)
+      if (taken[i] != 0) take_row(touches_[i], 1, true);
     fill_rows(1, true);
-    for (const Touch& t : touches_) {
-      if (t.row < 0) continue;
+    each_touch([&](const Touch& t) {
+      if (t.row < 0) return;
       contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
       c.friction = 0;
       c.cohesion = c.tension = 0;
       c.bias = Vec3(t.at.gap - (t.at.gap < -tolerance ? 0.25 * tolerance : 0), 0, 0);
       c.compliance.setZero();
       c.impulse.setZero();
-    }
+    });
     std::size_t held = problem_.contacts.size();
     add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * std::max(deepest, drifted));
     each_drift(model_, state_, bodies_, [&](const Vec3& drift) { problem_.contacts[held++].bias = drift; });
@@ -121,22 +141,27 @@ double IslandStepper::project(double h) {
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;
     if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
-    last.clear();
     const std::vector<Vec3> moments = moved_moments();
-    for (std::size_t i = 0; i < bodies_.size(); ++i) {
-      const Body& b = bodies_[i];
-      last.push_back(b.start);
+    fall.assign(bodies_.size(), 0.0);
+    turning.assign(bodies_.size(), 0.0);
+    each_body([&](const Body& b) {
+      const auto i = static_cast<std::size_t>(&b - bodies_.data());
+      last[i] = b.start;
       const Eigen::Map<const VecX> d(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
-      if (d.isZero(0)) continue;
+      if (d.isZero(0)) return;
       const auto k = static_cast<std::size_t>(b.block);
       const Vec3 momentum = dda::spin_momentum(model_.blocks[k], state_, b.block);
-      const double turning = internal_energy(b.block);
+      const double before_it = internal_energy(b.block);
       state_.c[k] += d.head<3>();
       state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * state_.q[k]).normalized();
       if (b.ndof == 12) state_.eps[k] += d.tail<6>();
-      report_.ledger.algorithmic += model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
+      fall[i] = model_.blocks[k].mass * model_.gravity.dot(d.head<3>());
       set_spin(b.block, momentum - moments[i], model_.blocks[k].deformable);
-      report_.ledger.algorithmic -= internal_energy(b.block) - turning;
+      turning[i] = internal_energy(b.block) - before_it;
+    });
+    for (std::size_t i = 0; i < bodies_.size(); ++i) {
+      report_.ledger.algorithmic += fall[i];
+      report_.ledger.algorithmic -= turning[i];
     }
     find_moved(last, carried);
     deepest = deepest_touch();

@@ -112,8 +112,9 @@ bool IslandStepper::met_others(Trial& trial) {
   const Crossing met = crossing();
   if (met.first >= 1 && !met.listed) return false;
   reject();
-  for (Touch& touch : touches_)
+  each_touch([&](Touch& touch) {
     if (touch.row >= 0 && touch.stiffness == 0) touch.warm = touch.frame * touch.impulse / trial.h;
+  });
   if (met.first < 1) trial.h *= condensed_ ? 0.5 : std::clamp(0.99 * met.first, 0.01, 0.99);
   if (met.listed) look_ahead(met);
   return true;

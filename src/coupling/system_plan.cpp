@@ -3,18 +3,34 @@
 #include <cmath>
 
 #include "contact/apart.hpp"
+#include "contact/parallel.hpp"
 #include "coupling/system.hpp"
 
 namespace talus::coupling {
 namespace {
 
 /// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves that they stay apart.
-void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, std::vector<std::pair<int, int>>& pairs) {
-  std::erase_if(pairs, [&](const std::pair<int, int>& pair) {
-    const auto i = static_cast<std::size_t>(pair.first), j = static_cast<std::size_t>(pair.second);
-    if (model.blocks[i].ndof() == 0 && model.blocks[j].ndof() == 0) return true;
-    return contact::apart(*model.blocks[i].shape, dda::pose(s, pair.first), *model.blocks[j].shape, dda::pose(s, pair.second), near[i] + near[j]);
-  });
+void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, int threads, std::vector<std::pair<int, int>>& pairs) {
+  constexpr int pairs_at_once = 256;
+  std::vector<char> drop(pairs.size());
+  const auto look = [&](int from, int to) {
+    for (auto k = static_cast<std::size_t>(from); k < static_cast<std::size_t>(to); ++k) {
+      const auto i = static_cast<std::size_t>(pairs[k].first), j = static_cast<std::size_t>(pairs[k].second);
+      const bool stand = model.blocks[i].ndof() == 0 && model.blocks[j].ndof() == 0;
+      drop[k] = stand || contact::apart(*model.blocks[i].shape, dda::pose(s, pairs[k].first), *model.blocks[j].shape, dda::pose(s, pairs[k].second), near[i] + near[j]) ? 1 : 0;
+    }
+  };
+  const int n = static_cast<int>(pairs.size());
+  if (threads > 1 && n >= 2 * pairs_at_once) {
+    tbb::task_arena arena(threads);
+    arena.execute([&] { contact::in_ranges(n, pairs_at_once, look); });
+  } else {
+    look(0, n);
+  }
+  std::size_t kept = 0;
+  for (std::size_t k = 0; k < pairs.size(); ++k)
+    if (drop[k] == 0) pairs[kept++] = pairs[k];
+  pairs.resize(kept);
 }
 
 /// Where a structure's skin is, whatever of it the index follows.
@@ -75,7 +91,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   contact::overlapping_pairs(boxes, pairs);
 
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
-  drop_apart(model_, s, near, pairs);
+  drop_apart(model_, s, near, settings_.threads, pairs);
   DisjointSets sets(n + static_cast<int>(env_.structures.size()));   // blocks, then structures
   for (const auto& [i, j] : pairs)
     if (moves(i) && moves(j)) sets.join(i, j);
