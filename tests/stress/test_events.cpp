@@ -12,32 +12,34 @@ namespace {
 
 using verify::SceneText;
 
-/// Nine cubes in three loose columns, not quite in line, on a slope of 45 degrees above level ground.
-std::string columns() {
+/// Nine cubes in three loose columns, up to 0.3 m out of line, on a slope of 45 degrees above level ground.
+std::string columns(int arrangement) {
   SceneText text(verify::Method::by_accuracy(1e-3), 0.25);
   text.history(0.01).material("rock", 2600).material("ground", 2600);
   text.interface("*", "*", 0.5, "normal_stiffness = \"hard\"\nrestitution = 0.0");
   text.raw("[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [0.0, 0.0, 1.0]\nmaterial = \"ground\"\n[[plane]]\npoint = [0.0, 0.0, 0.0]\nnormal = [1.0, 0.0, 1.0]\nmaterial = \"ground\"\n");
-  const double side[] = {-0.022195585310987143, -0.07601284116297477, -0.21687635249132686, 0.21993710999180477, -0.296138967551326,
-                         0.0016692480313250102, 0.23897878201916284, -0.25151121169019935, 0.03256228090697166};
   for (int i = 0; i < 9; ++i) {
-    const double along = -3 - 1.01 * (i % 3), above = 0.51 + 1.01 * (i / 3), c = std::sqrt(0.5);
-    text.raw("[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.0, 1.0, 1.0]\nposition = " + verify::vector(Vec3(c * (along + above), side[i], c * (above - along))) + "\n" +
+    const double along = -3 - 1.01 * (i % 3), above = 0.51 + 1.01 * (i / 3), c = std::sqrt(0.5), side = 0.3 * std::sin(9.0 * arrangement + 2.4 * i);
+    text.raw("[[block]]\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1.0, 1.0, 1.0]\nposition = " + verify::vector(Vec3(c * (along + above), side, c * (above - along))) + "\n" +
              verify::turned(Vec3(0, M_PI / 4, 0)));
   }
   return text.str();
 }
 
 TEST(Events, LedgerClosesWhereRowsContradictEachOther) {
-  const verify::Outcome o = verify::run_scene(columns());
-  ASSERT_TRUE(o.ok()) << o.result.message;
-  double kinetic = 0, residual = 0;
-  for (const sim::HistoryRow& r : o.rows) {
-    kinetic = std::max(kinetic, r.ledger.kinetic);
-    residual = std::max(residual, std::abs(r.ledger.residual));
+  long contradictions = 0;
+  for (int arrangement = 0; arrangement < 6; ++arrangement) {
+    const verify::Outcome o = verify::run_scene(columns(arrangement));
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    double kinetic = 0, residual = 0;
+    for (const sim::HistoryRow& r : o.rows) {
+      kinetic = std::max(kinetic, r.ledger.kinetic);
+      residual = std::max(residual, std::abs(r.ledger.residual));
+    }
+    contradictions += o.result.counters.tier_c + o.result.counters.tier_d;
+    EXPECT_LE(residual, 1e-10 * kinetic) << "arrangement " << arrangement;
   }
-  EXPECT_GT(o.result.counters.tier_c + o.result.counters.tier_d, 0);
-  EXPECT_LE(residual, 1e-10 * kinetic);
+  EXPECT_GT(contradictions, 0);   // else this is about nothing
 }
 
 /// Onsets in islands too large for events: what the impacts take and the height that blocks keep are one account, the scheme makes nothing.
