@@ -231,8 +231,8 @@ class IslandStepper {
   // island_condensed.cpp
   double gentle_speed() const;
   bool chosen_condensed() const;
-  bool may_condense(double t);
-  bool all_rest();
+  bool may_condense(double t, double duration);
+  bool none_strikes(double duration);
   double own_approach(const Touch& touch) const;
   bool blow(double t, double h) const;
   bool meets_fast(const Touch& touch, double h) const;

@@ -30,25 +30,26 @@ bool IslandStepper::chosen_condensed() const {
 /// Normal speed of the block of a touch alone, < 0 towards its partner [m/s].
 double IslandStepper::own_approach(const Touch& t) const { return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b)); }
 
-/// Whether a stretch may begin condensed: no block moves at a structure that it does not rest on, and every structure can.
-bool IslandStepper::may_condense(double t) {
+/// Whether a stretch may begin condensed: no block strikes a structure in it, and every structure can.
+bool IslandStepper::may_condense(double t, double duration) {
   if (!island_->surfaces.empty()) return false;
   // What costs least is asked first.
-  if (!chosen_condensed() && !all_rest()) return false;
+  if (!chosen_condensed() && !none_strikes(duration)) return false;
   return std::all_of(island_->structures.begin(), island_->structures.end(),
                      [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0; });
 }
 
-bool IslandStepper::all_rest() {
+/// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on it, or stays away.
+bool IslandStepper::none_strikes(double duration) {
   found_for_ = -1;
-  find(0);
-  for (const CandidatePair& pair : island_->pairs) {
-    if (pair.a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(pair.a.index)].fixed_surface) continue;
-    const bool rests = std::any_of(touches_.begin(), touches_.end(), [&](const Touch& touch) {
-      return touch.a == pair.a && touch.b == pair.b && touch.persistent && own_approach(touch) > -gentle_speed();
-    });
-    const auto k = static_cast<std::size_t>(pair.b);
-    if (!rests && state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm() > gentle_speed()) return false;
+  find(duration);
+  found_for_ = -1;   // a step reaches less far
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    const Partner& a = island_->pairs[i].a;
+    if (a.kind != Partner::Kind::structure || env_.structures[static_cast<std::size_t>(a.index)].fixed_surface) continue;
+    const std::span touches = std::span(touches_).subspan(first_of_pair_[i], first_of_pair_[i + 1] - first_of_pair_[i]);
+    const bool rests = std::ranges::any_of(touches, [&](const Touch& t) { return t.persistent && own_approach(t) > -gentle_speed(); });
+    if (!rests && std::ranges::any_of(touches, [&](const Touch& t) { return meets_fast(t, duration); })) return false;
   }
   return true;
 }

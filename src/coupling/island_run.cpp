@@ -40,7 +40,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   last_length_ = 0;
   int grazes = 0, impacts_when_cut = -1;   // the latter: negative if the last step was not cut short
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
-  condensed_ = with_structure && may_condense(t);
+  condensed_ = with_structure && may_condense(t, duration);
   bool restless = small || with_structure || settings_.fixed_step > 0;   // no long steps of what stands
   for (int b : island_->blocks) restless = restless || model_.blocks[static_cast<std::size_t>(b)].deformable;
   while (duration - done > 1e-12 * duration) {

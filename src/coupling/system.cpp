@@ -17,7 +17,6 @@
 namespace talus::coupling {
 namespace {
 
-constexpr std::size_t pairs_for_arena = 100;   // of an island whose loops may share threads
 constexpr double crowded_steps = 128;          // sub-steps of a structure in a stretch, among debris
 
 /// The whole skin as it is now.
@@ -42,8 +41,12 @@ double crowd_limit(const dda::Model& model, const Environment& env, const std::v
 
 }  // namespace
 
+struct CoupledSystem::Threads {
+  tbb::task_arena arena;
+};
+
 CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings)
-    : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings) {
+    : model_(std::move(model)), state_(std::move(state)), env_(std::move(environment)), settings_(settings), threads_(new Threads{tbb::task_arena(std::max(1, settings.threads))}) {
   const std::size_t n = model_.blocks.size();
   state_.contacts.resize(n);
   state_.surface_contacts.resize(env_.structures.size());
@@ -172,11 +175,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     }
     reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
   };
-  // The loops of a large island share the threads of the arena that it runs in: with one thread as well, else they would take all that there are.
-  const bool large = std::any_of(p.islands.begin(), p.islands.end(), [](const Island& island) { return island.pairs.size() >= pairs_for_arena; });
-  if (large || (settings_.threads > 1 && p.islands.size() > 1)) {
-    tbb::task_arena arena(settings_.threads);
-    arena.execute([&] { tbb::parallel_for(std::size_t{0}, p.islands.size(), run); });
+  if (settings_.threads > 1 && p.islands.size() > 1) {
+    tbb::parallel_for(std::size_t{0}, p.islands.size(), run);
   } else {
     for (std::size_t i = 0; i < p.islands.size(); ++i) run(i);
   }
@@ -307,6 +307,12 @@ void CoupledSystem::widen() {
 }
 
 bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
+  bool arrived = false;
+  threads_->arena.execute([&] { arrived = go_to(t, stop); });
+  return arrived;
+}
+
+bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
   while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
     const double longest = state_.stretch > 0 ? state_.stretch : settings_.longest_stretch;
     const double remaining = t - state_.time;

@@ -97,6 +97,7 @@ class CoupledSystem {
   void plan(double stretch, Plan& p) const;
   void pair_structures(double stretch, Plan& p) const;
   void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
+  bool go_to(double t, const std::atomic<int>* stop);
   bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
@@ -110,6 +111,8 @@ class CoupledSystem {
   std::vector<StructureContact> rows_;
   std::vector<std::string> schemes_;
   int islands_ = 0;
+  struct Threads;                       // whose number all loops keep to: outside of them a loop takes all cores
+  std::unique_ptr<Threads> threads_;
 };
 
 }  // namespace talus::coupling

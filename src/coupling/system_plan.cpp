@@ -10,7 +10,7 @@ namespace talus::coupling {
 namespace {
 
 /// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves that they stay apart.
-void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, int threads, std::vector<std::pair<int, int>>& pairs) {
+void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, std::vector<std::pair<int, int>>& pairs) {
   constexpr int pairs_at_once = 256;
   std::vector<char> drop(pairs.size());
   const auto look = [&](int from, int to) {
@@ -21,12 +21,7 @@ void drop_apart(const dda::Model& model, const dda::State& s, std::span<const do
     }
   };
   const int n = static_cast<int>(pairs.size());
-  if (threads > 1 && n >= 2 * pairs_at_once) {
-    tbb::task_arena arena(threads);
-    arena.execute([&] { contact::in_ranges(n, pairs_at_once, look); });
-  } else {
-    look(0, n);
-  }
+  contact::in_ranges(n, pairs_at_once, look);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < pairs.size(); ++k)
     if (drop[k] == 0) pairs[kept++] = pairs[k];
@@ -91,7 +86,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   contact::overlapping_pairs(boxes, pairs);
 
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
-  drop_apart(model_, s, near, settings_.threads, pairs);
+  drop_apart(model_, s, near, pairs);
   DisjointSets sets(n + static_cast<int>(env_.structures.size()));   // blocks, then structures
   for (const auto& [i, j] : pairs)
     if (moves(i) && moves(j)) sets.join(i, j);

@@ -75,6 +75,26 @@ TEST(Condensed, BlockComesToRestOnABeam) {
   expect_balance(o);
 }
 
+/// A cube slides past the beam that a block lies on, 10 mm beside it: within its reach, but it does not come to it. The beam took explicit steps as long as the cube was near.
+TEST(Condensed, WhatSlidesPastDoesNotKeepStepsShort) {
+  SceneText s(Method::by_accuracy(1e-3), 1.0, Vec3(0, 0, -9.81));
+  s.history(0.02).material("beam", 2500, "young = 10e9\npoisson = 0.0").material("rock", 2500).material("ground", 2500);
+  s.interface("rock", "beam", 0.5).interface("rock", "ground", 0.0).interface("rock", "rock", 0.5);
+  s.box("A", Vec3(0.6, 0.2, 0.2), Vec3(0, 0, 0.2255));
+  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.4, 0.4, 0.4]\nposition = [-1, 0.335, 0]\nvelocity = [2, 0, 0]\ndeformable = false\n");
+  s.plane(Vec3::UnitZ(), Vec3(0, 0, -0.2), "ground");
+  s.raw(structure_box("beam", Vec3(6, 0.25, 0.25), Vec3::Zero(), {24, 1, 2}, "beam",
+      "support = [{ line = [[-3, -0.125, 0], [-3, 0.125, 0]] }, { line = [[3, -0.125, 0], [3, 0.125, 0]], held = \"yz\" }]\npreload = \"gravity\"\ndamping_ratio = 0.3\n"));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_NEAR(o.last().position[1].x(), 1, 1e-9);
+  EXPECT_NEAR(o.last().velocity[1].x(), 2, 1e-9);
+  EXPECT_LT(o.result.counters.structure_steps, 4000);
+  EXPECT_GT(o.result.counters.condensed_steps, 50);
+  EXPECT_LT(worst_residual(o), 1e-6);
+  expect_balance(o);
+}
+
 /// Springs of 60 GPa/m between a deck that sags and a block that stands on its edges: what tilts there, cells and block, is stiff by the columns.
 TEST(Condensed, BlockOnLinesOfTheMeshComesToRest) {
   SceneText s(Method::by_accuracy(1e-3), 0.5, Vec3(0, 0, -9.81));
