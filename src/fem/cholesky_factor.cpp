@@ -3,7 +3,9 @@
 
 namespace talus::fem {
 
-CholeskyFactor::CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
+CholeskyFactor::CholeskyFactor(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) { again(a, shift, d, ordering); }
+
+void CholeskyFactor::again(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
   using Factorize = void (*)(std::unique_ptr<Factorization>&, const SymmetricMatrix&, double, const std::vector<double>&, std::vector<std::int64_t>*);
   static const auto factorize = reinterpret_cast<Factorize>(
       module_symbol("libtalus_cholmod.so", "talus_factorize", "structure", "build the target talus_cholmod (it needs SuiteSparse: make setup)"));

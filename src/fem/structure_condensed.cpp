@@ -59,6 +59,7 @@ struct Condensed {
   std::vector<double> mass;                  // per free degree of freedom; 1 where none is left. Empty: all of this is to be made
   std::vector<char> moves;                   // of each degree of freedom, whether it has mass
   std::vector<std::unique_ptr<Level>> levels;   // the one in use last
+  std::unique_ptr<Level> spent;              // one that is no longer true, whose room and analysis the next one takes over
   long step = 0;
   // the step at hand
   VecX v_hat;
@@ -102,9 +103,11 @@ double FemStructure::dissipation() const {
   return (damage_ ? damage_->dissipation() : 0.0) + (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
 }
 
-/// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the motion what it was, to that accuracy.
+/// What takes less than the accuracy's part of the stored energy in a period of the first mode leaves the motion what it was, to that accuracy. Of a structure that has
+/// broken little may be stored; what it has taken so far is known to the accuracy, too: a hundred periods may add that part of it.
 bool FemStructure::at_ease(double h) const {
-  const double allowed = std::max(1e-9, laws_share_ * h * lowest_frequency() / (2 * M_PI)) * std::abs(stored_part_);
+  const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(stored_part_);
+  const double allowed = std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
   return dissipation() <= allowed && !(damage_ && spec_.erosion && !spent_cells().empty());
 }
 
@@ -184,6 +187,7 @@ Condensed& FemStructure::condensed(double h) {
   const int n = dofs_.size;
   stiffness();
   if (c.mass.empty()) {
+    if (!c.levels.empty()) c.spent = std::move(c.levels.back());
     c.levels.clear();
     c.stiffness = {};
     c.mass.assign(n, 1.0);
@@ -206,9 +210,18 @@ Condensed& FemStructure::condensed(double h) {
     std::rotate(found, found + 1, c.levels.end());
     return c;
   }
-  if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) c.levels.erase(c.levels.begin());
+  if (!c.levels.empty() && c.levels.size() >= levels_kept(c.levels.back()->factor.bytes())) {
+    c.spent = std::move(c.levels.front());
+    c.levels.erase(c.levels.begin());
+  }
   factor_.reset();   // that of the structure at rest is made again where it is asked for
-  c.levels.push_back(std::unique_ptr<Condensed::Level>(new Condensed::Level{key, {c.stiffness.n > 0 ? c.stiffness : stiffness_, shift, c.mass, &c.ordering}, theta, scale, {}}));
+  const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : stiffness_;
+  std::unique_ptr<Condensed::Level> level = std::move(c.spent);
+  if (level) level->factor.again(k, shift, c.mass, &c.ordering);
+  else level.reset(new Condensed::Level{0, {k, shift, c.mass, &c.ordering}, 0, 0, {}});
+  level->h = key, level->theta = theta, level->scale = scale;
+  level->column.clear();
+  c.levels.push_back(std::move(level));
   return c;
 }
 
@@ -234,7 +247,9 @@ void FemStructure::find_columns(std::span<const int> nodes) {
 }
 
 void FemStructure::drop_condensed_levels() {
-  if (condensed_) condensed_->levels.clear();
+  if (!condensed_) return;
+  condensed_->levels.clear();
+  condensed_->spent.reset();
 }
 
 double FemStructure::memory_of_condensed_steps() {

@@ -31,14 +31,28 @@ class Supernodal : public Factorization {
     common_.method[0].ordering = a.n > 2000 ? CHOLMOD_METIS : CHOLMOD_AMD;
     common_.postorder = 1;
     common_.print = 0;
-    factorize(a, shift, d, ordering);
-    if (common_.status == CHOLMOD_OK && factor_ && factor_->minor == static_cast<std::size_t>(n_)) return;
-    const int column_bad = factor_ ? static_cast<int>(factor_->minor) : -1;
-    release();
-    throw NumericalFailure(fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): are the supports enough?",
-                                       column_bad, n_));
+    try {
+      again(a, shift, d, ordering);
+    } catch (const NumericalFailure&) {
+      release();
+      throw;
+    }
   }
   ~Supernodal() override { release(); }
+
+  /// Where the pattern is the last one's, what was found out about it and the room of the factor serve again.
+  void again(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
+    const bool known = factor_ != nullptr && a.n == n_ && a.column == column_ && a.row == row_;
+    if (!known) {
+      cholmod_l_free_factor(&factor_, &common_);
+      parent_.clear();
+      n_ = a.n, column_ = a.column, row_ = a.row;
+    }
+    factorize(a, shift, d, ordering);
+    if (common_.status == CHOLMOD_OK && factor_ && factor_->minor == static_cast<std::size_t>(n_)) return;
+    throw NumericalFailure(fmt::format("The stiffness of the structure is not positive definite (degree of freedom {} of {}): are the supports enough?",
+                                       factor_ ? static_cast<int>(factor_->minor) : -1, n_));
+  }
 
   void solve(const double* b, double* x, int columns) override { solve(CHOLMOD_A, b, x, columns); }
 
@@ -84,7 +98,7 @@ class Supernodal : public Factorization {
   }
 
   std::size_t bytes() const override {
-    return sizeof(double) * factor_->xsize + sizeof(SuiteSparse_long) * (factor_->ssize + 3 * factor_->nsuper + 3 * factor_->n);
+    return sizeof(double) * factor_->xsize + sizeof(std::int64_t) * column_.size() + sizeof(int) * row_.size() + sizeof(SuiteSparse_long) * (factor_->ssize + 3 * factor_->nsuper + 3 * factor_->n);
   }
 
  private:
@@ -129,7 +143,9 @@ class Supernodal : public Factorization {
     if (shift != 0)
       for (int c = 0; c < a.n; ++c) value[a.column[c]] += shift * d[c];  // the diagonal comes first in its column
     static_assert(sizeof(SuiteSparse_long) == sizeof(std::int64_t));
-    if (ordering != nullptr && a.n > 2000) {
+    if (factor_ != nullptr) {
+      // Its pattern is known.
+    } else if (ordering != nullptr && a.n > 2000) {
       if (ordering->empty()) {
         ordering->resize(static_cast<std::size_t>(a.n));
         cholmod_l_metis(s, nullptr, 0, 1, longs(ordering->data()), &common_);
@@ -154,14 +170,17 @@ class Supernodal : public Factorization {
   cholmod_factor* factor_ = nullptr;
   cholmod_dense *solution_ = nullptr, *y_ = nullptr, *e_ = nullptr;
   int n_;
+  std::vector<std::int64_t> column_;                    // the pattern of the matrix
+  std::vector<int> row_;
   std::vector<int> place_, supernode_, parent_, way_;   // of a degree of freedom in the factor's order; of a column its supernode; of a supernode the next one on the way to the root, -1: none, and the columns on it
   VecX work_, pushed_;                                  // zero between calls; of the rows below a supernode
 };
 
 }  // namespace talus::fem
 
-/// `factor` is given the factorization of A + shift * diag(d). Throws NumericalFailure if that is not positive definite.
+/// `factor`, empty or that of another matrix, becomes the factorization of A + shift * diag(d). Throws NumericalFailure if that is not positive definite; `factor` then serves no more.
 extern "C" __attribute__((visibility("default"))) void talus_factorize(std::unique_ptr<talus::fem::Factorization>& factor, const talus::fem::SymmetricMatrix& a,
                                                                        double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
-  factor = std::make_unique<talus::fem::Supernodal>(a, shift, d, ordering);
+  if (factor != nullptr) static_cast<talus::fem::Supernodal&>(*factor).again(a, shift, d, ordering);
+  else factor = std::make_unique<talus::fem::Supernodal>(a, shift, d, ordering);
 }
