@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "core/error.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -61,6 +62,32 @@ TEST(HalfColumns, OfUnconnectedPartsHaveNothingInCommon) {
   EXPECT_EQ(factor.product(first, second), 0);
   EXPECT_NEAR(factor.product(first, first), 2.0 / 3, 1e-15);
   EXPECT_EQ(factor.product(first, HalfColumn{}), 0);   // of a direction that is held
+}
+
+/// A factor made again in its place has the digits of a new one: of another matrix of the same pattern, of one of another pattern, and after one that is not positive definite was refused.
+TEST(CholeskyAgain, HasTheDigitsOfANewFactor) {
+  const Column pier(4, 24), other(3, 30);
+  CholeskyFactor factor(pier.stiffness, 0.0, {});
+  factor.half_column(0);
+  const auto same_as_new = [&](const SymmetricMatrix& a, double shift) {
+    const std::vector<double> d(static_cast<std::size_t>(a.n), 2.5);
+    factor.again(a, shift, d);
+    const CholeskyFactor fresh(a, shift, d);
+    VecX b(a.n), x(a.n), y(a.n);
+    for (int i = 0; i < a.n; ++i) b[i] = std::sin(i);
+    factor.solve(b.data(), x.data());
+    fresh.solve(b.data(), y.data());
+    EXPECT_TRUE(x == y);
+    const HalfColumn now = factor.half_column(a.n / 2), then = fresh.half_column(a.n / 2);
+    EXPECT_TRUE(now.supernode == then.supernode && now.value == then.value);
+  };
+  same_as_new(pier.stiffness, 1e9);
+  SymmetricMatrix softer = pier.stiffness;
+  for (std::size_t k = 0; k < softer.value.size(); ++k) softer.value[k] *= 0.5;
+  same_as_new(softer, 3e8);
+  same_as_new(other.stiffness, 0);
+  same_as_new(pier.stiffness, 0);
+  EXPECT_THROW(factor.again(pier.stiffness, -1e15, std::vector<double>(static_cast<std::size_t>(pier.dofs.size), 1.0)), NumericalFailure);
 }
 
 /// Which other nodes are asked for, in which order, and what was asked before changes no digit.
