@@ -111,7 +111,7 @@ class CoupledSystem {
   std::vector<StructureContact> rows_;
   std::vector<std::string> schemes_;
   int islands_ = 0;
-  struct Threads;                       // whose number all loops keep to: outside of them a loop takes all cores
+  struct Threads;                       // whose number the loops of steps keep to: outside of them a loop takes all cores
   std::unique_ptr<Threads> threads_;
 };
 

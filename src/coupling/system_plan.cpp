@@ -20,8 +20,7 @@ void drop_apart(const dda::Model& model, const dda::State& s, std::span<const do
       drop[k] = stand || contact::apart(*model.blocks[i].shape, dda::pose(s, pairs[k].first), *model.blocks[j].shape, dda::pose(s, pairs[k].second), near[i] + near[j]) ? 1 : 0;
     }
   };
-  const int n = static_cast<int>(pairs.size());
-  contact::in_ranges(n, pairs_at_once, look);
+  contact::in_ranges(static_cast<int>(pairs.size()), pairs_at_once, look);
   std::size_t kept = 0;
   for (std::size_t k = 0; k < pairs.size(); ++k)
     if (drop[k] == 0) pairs[kept++] = pairs[k];

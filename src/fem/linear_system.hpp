@@ -57,7 +57,7 @@ class CholeskyFactor {
   ~CholeskyFactor();
   CholeskyFactor(const CholeskyFactor&) = delete;
   CholeskyFactor& operator=(const CholeskyFactor&) = delete;
-  /// That of another matrix in its place, with the same digits as a new one; of the same pattern in the same memory, and two to three times as fast. If this throws, it is of no further use.
+  /// That of another matrix in its place, with the same digits as a new one; of the same pattern with the analysis and in the memory of the last one. If this throws, it is of no further use.
   void again(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering = nullptr);
   /// `columns` right-hand sides at once, one after the other in memory.
   void solve(const double* b, double* x, int columns = 1) const;
