@@ -171,6 +171,9 @@ class IslandStepper {
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
+  bool makes_energy(const Body& b) const;
+  void linearise_resting(double h);
+  bool strain_from_start();
   void find_pressed();
   void to_half_steps(double h);
   void to_full_steps(double h);

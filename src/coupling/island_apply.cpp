@@ -121,7 +121,7 @@ void IslandStepper::move_body(Body& b, double h) {
     // Of free flow's own parabola only the velocity counts, unless next to nothing pushes: what falls together falls as what falls alone.
     if (from_start_) state_.c[k] += std::min(1.0, b.impulse.head<3>().norm() / (0.1 * model_.blocks[k].mass * model_.gravity.norm() * h)) * 0.5 * h * h * model_.gravity;
     if (!d.segment<3>(3).isZero(0)) state_.q[k] = (dda::rotation_by(d.segment<3>(3)) * f.q).normalized();
-    if (b.ndof == 12) state_.eps[k] += b.leapfrog ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
+    if (b.ndof == 12) state_.eps[k] += b.leapfrog || b.strains_at_end ? Vec6(h * (b.v_solved - f.velocity).tail<6>()) : Vec6(d.tail<6>());
   }
   // Along the contact faces nothing is stiff: there the path keeps the trapezoid, exact in steady sliding.
   if (b.end_rule) state_.c[k] -= 0.5 * h * (b.along * (b.v_solved.head<3>() - b.v0.head<3>()));

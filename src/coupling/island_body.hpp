@@ -11,11 +11,16 @@ namespace talus::coupling {
 /// What a range of a loop that threads share holds at least. Sums over touches and bodies are made by such ranges, the same whatever the threads.
 constexpr int touches_at_once = 512, bodies_at_once = 64;
 
+/// Energy that a step may make, over the accuracy and the energy of what it moves and stores.
+constexpr double gain_allowed = 0.05;
+
 /// One block of the island during a step.
 struct IslandStepper::Body {
   int block = 0;
   int ndof = 6;
   bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
+  bool strains_at_end = false;         // strain alone so: an onset's impulse acts on it from the start of the step, or the trapezoid would make energy
+  bool guarded = false;                // in a step that is not shortened for energy made: its free flow may make none
   bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps
   bool pressed = false;                // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
   // start of the step

@@ -215,7 +215,7 @@ void IslandStepper::Booking::turning(const Body& b) {
 void IslandStepper::Booking::straining(const Body& b) {
   const dda::Model::Block& block = of.model_.blocks[static_cast<std::size_t>(b.block)];
   const Vec6 rate = 0.5 * (b.v0.tail<6>() + b.v_solved.tail<6>());
-  const Vec6 viscous = b.end_rule ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
+  const Vec6 viscous = b.end_rule || b.strains_at_end ? Vec6(b.v_solved.tail<6>()) : rate;   // the rate that made the viscous stress
   const double damped = h * block.strain_damping * block.volume * rate.dot(dda::elastic_matrix(block.young, block.poisson) * viscous);
   pending.damping_work += damped;
   // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2. By the end rule the

@@ -128,7 +128,7 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_) b.end_rule = false, b.leapfrog = leapfrog();
+  for (Body& b : bodies_) b.end_rule = b.strains_at_end = false, b.leapfrog = leapfrog(), b.guarded = lumped && !leapfrog();
   const auto body_of = [&](int block) -> Body* {
     const int l = local_[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];

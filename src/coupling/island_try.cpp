@@ -227,7 +227,7 @@ bool IslandStepper::gains_energy() const {
   }
   for (const Touch& t : touches_)
     if (t.row >= 0) scale += t.stored, swings = false;
-  return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) > 0.05 * settings_.accuracy * scale + round_off;
+  return (swings ? std::abs(pending_.algorithmic) : -pending_.algorithmic) > gain_allowed * settings_.accuracy * scale + round_off;
 }
 
 }  // namespace talus::coupling

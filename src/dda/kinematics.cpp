@@ -130,8 +130,8 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   const auto k = static_cast<std::size_t>(i);
   const Model::Block& b = m.blocks[k];
   FreeFlow f;
-  const bool end = rule == FlowRule::implicit_end, leapfrog = rule == FlowRule::leapfrog;
-  f.pose.c = s.c[k] + h * s.v[k] + ((end ? 1.0 : 0.5) * h * h) * m.gravity;
+  const bool end = rule == FlowRule::implicit_end || rule == FlowRule::strain_at_end, leapfrog = rule == FlowRule::leapfrog;   // of the strain
+  f.pose.c = s.c[k] + h * s.v[k] + ((rule == FlowRule::implicit_end ? 1.0 : 0.5) * h * h) * m.gravity;
   f.velocity.setZero();
   f.velocity.head<3>() = s.v[k] + h * m.gravity;
   f.eps = s.eps[k];
@@ -207,6 +207,11 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   }
   f.inverse = f.mass.llt().solve(Mat12::Identity());
   return f;
+}
+
+double internal_energy(const Model::Block& b, const FreeFlow& f) {
+  const Eigen::Matrix<double, 9, 1> v = f.velocity.tail<9>();
+  return 0.5 * v.dot(mass_matrix(b, f.pose, f.rotation).bottomRightCorner<9, 9>() * v) + 0.5 * b.volume * f.eps.dot(elastic_matrix(b.young, b.poisson) * f.eps);
 }
 
 void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse) {

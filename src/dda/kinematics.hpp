@@ -33,9 +33,13 @@ struct FreeFlow {
 /// and strain by the velocity at the end (order 1, damps what the step does not resolve), which a force that acts by its value at the end
 /// of the step needs to leave a block at rest where it is. `leapfrog` takes strain rates as those of half steps, what blocks at a structure that is
 /// stepped so need: A (epsdot_+ - epsdot_-) = -h K eps_n, eps_np = eps_n + h epsdot_+; the work of an impulse at n is then its product with the mean of both
-/// rates for any step (Newmark's rule with beta = 1/4, stable).
-enum class FlowRule { exact, implicit_end, leapfrog };
+/// rates for any step (Newmark's rule with beta = 1/4, stable). `strain_at_end` is `exact` but for the strain, by its rate at the end: for blocks that impulses at
+/// the start of the step move, x + h v^+.
+enum class FlowRule { exact, implicit_end, leapfrog, strain_at_end };
 FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact);
+
+/// Energy of turning, straining and strain at the end of the free flow of a deformable block [J].
+double internal_energy(const Model::Block& b, const FreeFlow& f);
 
 /// Mass and inverse for an impulse of no duration: M alone, strain rows decoupled and locked if `frozen_strain`.
 void impulse_mass(const Model& m, const State& s, int i, bool frozen_strain, Mat12& mass, Mat12& inverse);
