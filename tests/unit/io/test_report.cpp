@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/error.hpp"
 #include "io/files.hpp"
 #include "io/report.hpp"
+#include "io/report_data.hpp"
 #include "io/report_parts.hpp"
 #include "scratch.hpp"
 #include "synthetic.hpp"
@@ -125,6 +128,61 @@ TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
   EXPECT_EQ(page.find("<script src"), std::string::npos);
   EXPECT_EQ(page.find("<link rel=\"stylesheet"), std::string::npos);
   EXPECT_NE(page.find("\\u003cimg src=x"), std::string::npos);
+}
+
+/// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and impulse are of one force.
+TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  run.end = 5.2;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  Vec3 impulse = Vec3::Zero();
+  {
+    io::Recorder recorder(options, run.header());
+    for (int k = 0; k < run.rows(); ++k) {
+      const double t = k * run.history_interval, before = t - run.history_interval;
+      std::vector<sim::ContactRow> rows;
+      double at = run.impact;
+      for (int i = 0; at < run.impact + 0.02; ++i) {
+        sim::ContactRow r;
+        const bool needle = i % 3 == 2;
+        r.dt = needle ? 4e-6 : 3.1e-4;
+        r.time = at += r.dt;
+        r.force = Vec3(needle ? 5e7 : 1e6, 0, 0);
+        r.normal = Vec3(-1, 0, 0);
+        r.point = run.base() + Vec3(-1, 0, 3.4);
+        if (r.time > before && r.time <= t) rows.push_back(r), impulse += r.force * r.dt;
+      }
+      if (k > 0) recorder.contacts(rows);
+      recorder.history(run.row(t, run.present(0)));
+    }
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_curves(data);
+  const auto curve = [&](const char* name) {
+    const auto& entry = data.blob.index().at(name);
+    const std::size_t n = entry.at("dims")[0], size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
+    std::vector<double> v(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const char* from = data.blob.bytes().data() + entry.at("offset").get<std::size_t>() + i * size;
+      float narrow = 0;
+      if (size == sizeof(double)) std::memcpy(&v[i], from, size);
+      else std::memcpy(&narrow, from, size), v[i] = narrow;
+    }
+    return v;
+  };
+  const double stated = data.summary.at("impacts")[0].at("filtered_force");
+  const auto time = curve("impact_0_time"), mean = curve("impact_0_0"), filtered = curve("impact_0_1");
+  EXPECT_NEAR(*std::max_element(filtered.begin(), filtered.end()) / stated, 1, 1e-6);
+  double plotted = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) plotted += 0.5 * (time[i] - time[i - 1]) * (mean[i] + mean[i - 1]);
+  EXPECT_NEAR(plotted / impulse.norm(), 1, 1e-3);
+  EXPECT_NEAR(data.summary.at("impacts")[0].at("impulse")[0].get<double>() / impulse.norm(), 1, 1e-9);
 }
 
 TEST(Report, NeedsResults) {
