@@ -218,7 +218,7 @@ class IslandStepper {
   double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
-  std::vector<Vec3> moved_moments();
+  std::vector<Vec3> moments_of_way();
   void book(double h);
   double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;

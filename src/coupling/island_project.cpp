@@ -5,35 +5,25 @@
 #include <map>
 
 #include "coupling/island_body.hpp"
+#include "coupling/moved_moments.hpp"
 
 namespace talus::coupling {
 
-/// Angular momentum that two blocks in motion gain as the solution moves them apart, each body's share of it by its inertia.
-///
-///   sum m d x v = p n x (v_b - v_a),   d = -+ p n / m
-///
-/// What is fixed takes up any.
-std::vector<Vec3> IslandStepper::moved_moments() {
-  struct Gain {
-    int a = -1, b = -1;   // bodies
-    double share = 0;     // b's
-    Vec3 gained;
-  };
-  std::vector<Gain> gains(problem_.contacts.size());   // of every row
+/// Of each body, what its spin gives back for the motion that was solved for.
+std::vector<Vec3> IslandStepper::moments_of_way() {
+  std::vector<MovedBody> moved(bodies_.size());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(bodies_[i].block);
+    moved[i] = {model_.blocks[k].mass, model_.blocks[k].inertia.trace(), Eigen::Map<const Vec3>(problem_.v.data() + problem_.bodies[i].offset), state_.v[k]};
+  }
+  std::vector<MovedPair> of_row(problem_.contacts.size(), MovedPair{-1, -1});
   each_touch([&](const Touch& t) {
     if (t.row < 0 || t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) return;
-    const auto a = static_cast<std::size_t>(t.a.index), b = static_cast<std::size_t>(t.b);
-    const Vec3 moved = t.frame * problem_.contacts[static_cast<std::size_t>(t.row)].impulse, gained = moved.cross(state_.v[b] - state_.v[a]);
-    const double share = model_.blocks[b].inertia.trace() / (model_.blocks[a].inertia.trace() + model_.blocks[b].inertia.trace());
-    gains[static_cast<std::size_t>(t.row)] = {local_[a], local_[b], share, gained};
+    const auto row = static_cast<std::size_t>(t.row);
+    of_row[row] = {local_[static_cast<std::size_t>(t.a.index)], local_[static_cast<std::size_t>(t.b)], t.frame * problem_.contacts[row].impulse};
   });
-  std::vector<Vec3> moments(bodies_.size(), Vec3::Zero());
-  for (const Gain& g : gains) {
-    if (g.a < 0) continue;
-    moments[static_cast<std::size_t>(g.b)] += g.share * g.gained;
-    moments[static_cast<std::size_t>(g.a)] += (1 - g.share) * g.gained;
-  }
-  return moments;
+  std::erase_if(of_row, [](const MovedPair& p) { return p.a < 0; });
+  return moved_moments(moved, of_row);
 }
 
 /// The largest depth that the motion of the step can explain, of pairs of blocks with a hollow: by partner and block [m].
@@ -141,7 +131,7 @@ double IslandStepper::project(double h) {
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;
     if (!std::all_of(problem_.v.begin(), problem_.v.end(), [](double d) { return std::isfinite(d); })) break;   // nothing to go by
-    const std::vector<Vec3> moments = moved_moments();
+    const std::vector<Vec3> moments = moments_of_way();
     fall.assign(bodies_.size(), 0.0);
     turning.assign(bodies_.size(), 0.0);
     each_body([&](const Body& b) {

@@ -173,26 +173,45 @@ Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>&
     next.lost = 1;
     return r;
   }
-  const double depth = std::max(0.0, closing);
-  r.normal = p_.normal_stiffness * depth;
-  std::array<double, 2> t{p_.shear_stiffness * (u[0] - old.slip[0]), p_.shear_stiffness * (u[1] - old.slip[1])};
-  const std::array<double, 2> rise{r.normal * slope[0], r.normal * slope[1]};
-  const double size = std::hypot(t[0] - rise[0], t[1] - rise[1]), bound = p_.friction * r.normal;
-  if (size > bound) {
-    const double f = size > 0 ? bound / size : 0;
-    double work = 0;
-    for (std::size_t i = 0; i < 2; ++i) {
-      const double elastic = t[i], rubbing = f * (elastic - rise[i]);
-      t[i] = rise[i] + rubbing;
-      const double moved = (elastic - t[i]) / p_.shear_stiffness;
-      next.slip[i] += moved;
-      work += rubbing * moved;
-    }
-    r.dissipation = work;
+  const std::array<double, 2> stretched{p_.shear_stiffness * (u[0] - old.slip[0]), p_.shear_stiffness * (u[1] - old.slip[1])};
+  const Slide slide = slides(closing, stretched, slope);
+  r.normal = slide.normal;
+  const std::array<double, 2> t{stretched[0] - p_.shear_stiffness * slide.way[0], stretched[1] - p_.shear_stiffness * slide.way[1]};
+  for (std::size_t i = 0; i < 2; ++i) {
+    next.slip[i] += slide.way[i];
+    r.dissipation += (t[i] - r.normal * slope[i]) * slide.way[i];
   }
   r.shear = {-t[0], -t[1]};
-  r.energy = 0.5 * p_.normal_stiffness * depth * depth + 0.5 * (t[0] * t[0] + t[1] * t[1]) / p_.shear_stiffness;
+  r.energy = stored(r.normal / p_.normal_stiffness, t);
+  if (r.normal == 0 && closing > 0) r.dissipation = stored(closing, stretched);   // the foot slid away from below
   return r;
+}
+
+double Bearing::stored(double depth, const std::array<double, 2>& t) const {
+  return 0.5 * p_.normal_stiffness * depth * depth + 0.5 * (t[0] * t[0] + t[1] * t[1]) / p_.shear_stiffness;
+}
+
+Bearing::Slide Bearing::slides(double closing, const std::array<double, 2>& t, const std::array<double, 2>& slope) const {
+  const auto dot = [](const std::array<double, 2>& a, const std::array<double, 2>& b) { return a[0] * b[0] + a[1] * b[1]; };
+  // For a normal force N the friction has the direction of w = t - N s, and the foot slides by as much as leaves mu N of it.
+  const auto at = [&](double normal) {
+    const std::array<double, 2> w{t[0] - normal * slope[0], t[1] - normal * slope[1]};
+    const double size = std::sqrt(dot(w, w)), way = size > p_.friction * normal ? (size - p_.friction * normal) / (p_.shear_stiffness * size) : 0.0;
+    return Slide{normal, {way * w[0], way * w[1]}};
+  };
+  // What N lacks of the force at the depth that is left where the foot has come to.
+  const auto excess = [&](const Slide& s) { return s.normal - p_.normal_stiffness * (closing + dot(slope, s.way)); };
+  const double stuck = p_.normal_stiffness * std::max(0.0, closing);
+  const Slide first = at(stuck);
+  if (stuck == 0 || dot(slope, first.way) == 0) return first;
+  double low = 0, high = stuck;
+  if (excess(at(low)) >= 0) return at(low);
+  while (excess(at(high)) < 0) high *= 2;
+  for (int i = 0; i < 60 && high - low > 1e-15 * high; ++i) {
+    const double middle = 0.5 * (low + high);
+    (excess(at(middle)) < 0 ? low : high) = middle;
+  }
+  return at(0.5 * (low + high));
 }
 
 bool Erosion::operator()(const double* damage, int points, double strain, double critical_step, double first_critical_step) const {

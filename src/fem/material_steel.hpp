@@ -16,7 +16,8 @@
 ///   unloading with 200 MPa/mm, friction in reverse 0.25 of the envelope
 ///
 /// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what it stands on: where the foot rises by s du_p as it slides,
-/// N takes its part of the work. Friction dissipates (t - N s) du_p; delta follows with the foot. Once |u| along the seat exceeds its length, or the deck is off
+/// N takes its part of the work. Friction dissipates (t - N s) du_p; delta follows with the foot, N = k_n max(0, delta + s du_p), within the step: with N of before, a foot on a
+/// steep seat slid away from below by many times its depth. Once |u| along the seat exceeds its length, or the deck is off
 /// the cap beam's end across, it has lost its support there and the bearing carries nothing any more.
 #pragma once
 #include <array>
@@ -121,6 +122,12 @@ class Bearing {
   Result operator()(double closing, const std::array<double, 2>& u, const State& old, State& next, const std::array<double, 2>& slope = {}) const;
 
  private:
+  /// Normal force [N] and way of the foot [m] of a step.
+  struct Slide { double normal = 0; std::array<double, 2> way{}; };
+  /// From a closing [m] and spring forces [N] with the foot where it was.
+  Slide slides(double closing, const std::array<double, 2>& t, const std::array<double, 2>& slope) const;
+  double stored(double depth, const std::array<double, 2>& t) const;   // [J]
+
   Parameters p_;
 };
 
