@@ -60,6 +60,17 @@ if (summary.structures && summary.structures.length) {
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
   const strikes = blows.length ? blows : impacts, greatest = (of) => strikes.reduce((a, m) => (!a || of(m) > of(a) ? m : a), null);
   const worst = greatest(force), hardest = greatest((m) => m.kinetic);   // what rolls on and presses may have the greatest force of all
+  // How bad, before how fast: a member's class, and its shear against what it can bear.
+  const judged = summary.structures.filter((s) => s.hit || s.loaded || s.damage_max > 0).flatMap((s) => (s.members || []).filter((m) => m.shear_utilisation_design).map((m) => ({ ...m, label: m.name === s.name ? m.name : `${s.name}, ${m.name}`, damageable: s.damage_max > 0 })));
+  const graded = judged.filter((m) => m.damageable && m.damage_class !== null && m.damage_class !== undefined);
+  if (graded.length) {
+    const m = graded.reduce((a, b) => (b.damage_class > a.damage_class ? b : a)), same = graded.filter((x) => x.damage_class === m.damage_class).length;
+    card("Damage class", `${m.damage_class} ${m.damage_class_name}`, "of 4", [m.label, m.damage_class_basis].filter(Boolean).join(": ") + (same > 1 ? `; ${same} of ${graded.length} members are of this class` : ""), m.damage_class >= 3 ? "hit" : "");
+  }
+  if (judged.length) {
+    const m = judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)), use = m.shear_utilisation_design;
+    card("Shear V_dyn / V_Rd", use.value, "1", `${m.label} at station ${number(use.station, 3)} m, ${number(use.time, 4)} s; design resistance by EN 1992-1-1 6.2, means over 1.5 ms`, use.value > 1 ? "hit" : "");
+  }
   if (worst) {
     card("Impact speed", hardest.speed, "m/s", `${hardest.block} at ${number(hardest.start, 4)} s with ${text(hardest.kinetic, "J")}${strikes.length > 1 ? `, the most of all strikes${blows.length && blows.length < impacts.length ? " by blocks" : ""}` : ""}`);
     card("Contact force", force(worst), "N", worst.filtered_force === undefined ? `${worst.block}, single sub-step` : `${worst.block}, low-passed at 300 Hz; single sub-step ${text(worst.peak_force, "N")}, depends on cells and contact law`);

@@ -96,6 +96,8 @@ class SummaryBuilder {
   /// The sentences that stand on top of the report.
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
+  void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   bool moves(std::size_t block) const;
   bool struck(std::size_t block) const;
@@ -138,5 +140,7 @@ class SummaryBuilder {
 
 /// What a summary.json warns of, a sentence each.
 std::vector<std::string> summary_warnings(const std::string& summary_json);
+/// The sentences that it begins with.
+std::vector<std::string> summary_headline(const std::string& summary_json);
 
 }  // namespace talus::io
