@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -198,6 +199,24 @@ TEST(Recorder, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
   EXPECT_TRUE(says(Steps::fixed, "a shorter simulation.step"));
   EXPECT_TRUE(says(Steps::scheme_1988, "a shorter simulation.step"));
   EXPECT_FALSE(says(Steps::scheme_1988, "accuracy"));
+}
+
+/// Closed forms are of sound structures: forces at the base of one that cracked are not verified by them.
+TEST(Recorder, WhatCrackedIsNotCalledVerified) {
+  const SyntheticRun run = small();
+  const auto confidence = [&](double end) {
+    io::SummaryBuilder builder(run.header());
+    for (const double t : {0.0, end}) builder.add(run.row(t, run.blocks));
+    std::map<std::string, std::string> levels;
+    const nlohmann::json j = nlohmann::json::parse(builder.text(nullptr));
+    for (const auto& c : j["confidence"]) levels[c["quantity"].get<std::string>()] = c["level"].get<std::string>();
+    return levels;
+  };
+  EXPECT_EQ(confidence(1).at("elastic response, base forces, displacement"), "verified");
+  const auto cracked = confidence(run.impact + 1);
+  for (const auto& [quantity, level] : cracked)
+    if (quantity.find("base forces") != std::string::npos) EXPECT_EQ(level, "extrapolated") << quantity;
+  EXPECT_EQ(cracked.count("base forces, section forces, displacement of what cracked (P2)"), 1u);
 }
 
 TEST(Recorder, DesignFormulasStandBesideTheStrongestImpact) {
