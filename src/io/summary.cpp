@@ -117,6 +117,7 @@ void SummaryBuilder::add_block(std::size_t i, const HistoryRow& row) {
   b.velocity = row.velocity[i];
   b.spin = row.spin[i];
   b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
+  b.rotational = row.kinetic_rotational[i];
   b.max_speed = std::max(b.max_speed, b.velocity.norm());
   b.max_spin = std::max(b.max_spin, b.spin.norm());
   b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
@@ -271,6 +272,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
       impact.velocity = blocks_[ib].born ? blocks_[ib].velocity : Vec3::Zero();
       impact.spin = blocks_[ib].born ? blocks_[ib].spin : Vec3::Zero();
       impact.kinetic = blocks_[ib].kinetic;
+      impact.rotational = blocks_[ib].rotational;
       impacts_.push_back(impact);
       open.time = c.time;
     }
@@ -315,8 +317,8 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const double failed = failed_before_strike(i);
   if (failed >= 0) lines.push_back(fmt::format("{} fails under permanent load at t = {:.3f} s, before any block arrives.", info.name, failed));
   if (first != nullptr) {
-    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
-                                engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
+    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {} ({} of translation, {} of rotation); {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
+                                engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"), engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
     member_lines(i, lines);
     lines.push_back(fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which depends on cells and contact law). Impulse of all contacts {}.",
                                 engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff, engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));

@@ -41,7 +41,7 @@ struct Impact {
   double start = 0, end = 0;             // [s]
   Vec3 velocity = Vec3::Zero();          // of the block in the last history row before it [m/s]
   Vec3 spin = Vec3::Zero();              // [rad/s]
-  double kinetic = 0;                    // of the block then [J]
+  double kinetic = 0, rotational = 0;    // of the block then, and what of it is of its rotation [J]
   Vec3 point = Vec3::Zero();             // centre of the contact forces, weighted by |F| dt [m]
   Vec3 normal = Vec3::Zero();            // of the contacts, weighted by |F| dt [N s]
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
@@ -73,7 +73,7 @@ class SummaryBuilder {
     Vec3 start, end, velocity, spin;
     double acceleration = 0;  // between the last two rows [m/s^2]
     bool born = false;
-    double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, max_spin = 0;
+    double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, rotational = 0, max_spin = 0;
     double time = 0;          // of the last row that counts [s]
     bool left = false;        // the model
   };

@@ -32,6 +32,8 @@ json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
                        {"speed", m.velocity.norm()},
                        {"spin", vec(m.spin)},
                        {"kinetic", m.kinetic},
+                       {"kinetic_translational", m.kinetic - m.rotational},
+                       {"kinetic_rotational", m.rotational},
                        {"point", vec(m.point)},
                        {"impulse", vec(m.impulse)},
                        {"peak_force", m.peak_force},

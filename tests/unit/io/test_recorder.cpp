@@ -158,6 +158,10 @@ TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
   EXPECT_NEAR(impact["mean_force"].get<double>(), sum * std::hypot(1.0, 0.1) / run.contact_time, 1e-6 * peak);
   EXPECT_TRUE(j["hit"].get<bool>());
   EXPECT_EQ(j["structures"][0]["name"], "P2");
+  // The synthetic block turns with a tenth of the energy that it moves with.
+  EXPECT_NEAR(impact["kinetic_rotational"].get<double>() / impact["kinetic_translational"].get<double>(), 0.1, 1e-9);
+  EXPECT_NEAR((impact["kinetic_rotational"].get<double>() + impact["kinetic_translational"].get<double>()) / impact["kinetic"].get<double>(), 1, 1e-12);
+  EXPECT_NE(j["headline"][0].get<std::string>().find(" of rotation)"), std::string::npos) << j["headline"];
 }
 
 TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
