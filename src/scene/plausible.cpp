@@ -133,6 +133,18 @@ void refuse_what_nobody_builds(const View& view, const StructureSpec& spec) {
                  view.get("cell_size")->is_number() ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", spec.cell_size) : std::string("check its unit; some four to eight cells across the smallest section"), warning);
 }
 
+/// Longitudinal bars lie within the stirrups where both have one cover; with less of it they run through them.
+void warn_of_bars_through_stirrups(const std::vector<View>& rules) {
+  for (const View& bars : rules)
+    for (const View& ties : rules) {
+      if (bars.text("kind") != "longitudinal" || ties.text("kind") != "stirrups" || bars.text("part") != ties.text("part")) continue;
+      const auto inner = bars.maybe("cover"), outer = ties.maybe("cover");
+      if (!inner || !outer || *inner > *outer - 1e-6) continue;
+      bars.problem("cover", fmt::format("is less than that of the stirrups, {:.4g} m: the bars would run through them", *outer), "give both the same: cover is the concrete outside of the stirrups", warning);
+      break;
+    }
+}
+
 /// Angles without a unit: a whole number is hardly one of radians; of others the plan tells the degrees.
 void warn_of_bare_angles(const Node& table, const std::string& path, const Reading& in) {
   for (const Node::Entry& entry : table.entries) {
@@ -172,6 +184,7 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   const std::vector<View> structures = root.tables("structure");
   for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i) {
     refuse_what_nobody_builds(structures[i], in.scene.structures[i]);
+    warn_of_bars_through_stirrups(structures[i].tables("rebar"));
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
   if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
