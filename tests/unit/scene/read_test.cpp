@@ -118,6 +118,18 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0; }));
 }
 
+/// A probe that is given from the base moves and turns with its structure.
+TEST(ReadScene, ProbesMayBeGivenFromTheBase) {
+  const Place place;
+  const auto probe = [&](const std::string& base) {
+    std::string text = changed(changed(full, "at = [20.0, 0.0, 12.0]", "offset = [0.5, 0, \"12 m\"]"), "base = [20.0, 0.0, 0.0]", base);
+    return read_scene_text(text, place.scene()).structures.at(0).probes.at(0).at;
+  };
+  EXPECT_LT((probe("base = [20.0, 0.0, 0.0]") - Vec3(20.5, 0, 12)).norm(), 1e-12);
+  EXPECT_LT((probe("base = [-7.0, 3.0, 2.0]") - Vec3(-6.5, 3, 14)).norm(), 1e-12);
+  EXPECT_LT((probe("base = [0, 0, 0]\norientation = { rotation_vector = [0, 0, \"90 deg\"] }") - Vec3(0, 0.5, 12)).norm(), 1e-12);
+}
+
 /// Where a problem that shows when the world is built stands in the file.
 TEST(ReadScene, PlacesOfKeysAreKept) {
   const Place place;
