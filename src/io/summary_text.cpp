@@ -78,7 +78,12 @@ json of_plan(const sim::RunHeader& header) {
     std::size_t at = 0;
     while (at < s.plan.size()) {
       const std::size_t end = std::min(s.plan.find('\n', at), s.plan.size());
-      if (const std::string line = s.plan.substr(at, end - at); !line.empty()) plan.push_back(line.starts_with(s.name + ":") ? line : s.name + ": " + line);
+      if (std::string line = s.plan.substr(at, end - at); !line.empty()) {
+        if (!line.starts_with(s.name + ":")) line = s.name + ": " + line;
+        // The run's own plan has most of them, indented.
+        const bool told = std::any_of(header.plan.begin(), header.plan.end(), [&](const std::string& l) { return l.ends_with(line) && l.find_first_not_of(' ') + line.size() == l.size(); });
+        if (!told) plan.push_back(std::move(line));
+      }
       at = end + 1;
     }
   }
