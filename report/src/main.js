@@ -245,6 +245,12 @@ function chooseBeside(direction) {
 const view = scene.view;
 const hasDamage = structures.some((s) => s.frames.length && (summary.structures || []).some((x) => x.damage_max > 0));
 view.field = hasDamage ? "damage" : structures.some((s) => s.stress_max > 0) ? "stress" : "displacement";
+// Colours end where nineteen of twenty pieces of the bars lie; a piece at a crack that stands open is stretched far more.
+function strainTop() {
+  const top = Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), most = Math.max(...structures.map((s) => (s.bars ? s.bars.strain_greatest || 0 : 0)));
+  const permille = (v) => `${number(1000 * v, 3)} \u2030`;
+  return most > 1.001 * top ? [`, greatest ${permille(most)}`, `\u2265 ${permille(top)}`] : ["", permille(top)];
+}
 function legend() {
   const box = $("legend");
   box.replaceChildren();
@@ -256,7 +262,7 @@ function legend() {
     const w = Math.max(...structures.map((s) => s.crack_max || 0));
     if (view.field === "crack") add("Crack width", "load", "0", text(w, "m"));
     if (view.field === "stress") add("Von Mises stress", "load", "0", text(q, "Pa"));
-    if (view.field === "bars") add("Strain of the bars, size", "speed", "0", `${number(1000 * Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), 3)} ‰`);
+    if (view.field === "bars") add(`Strain of the bars, size${strainTop()[0]}`, "speed", "0", strainTop()[1]);
   }
   if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));
 }
@@ -290,6 +296,12 @@ presets.forEach(([name, label], i) => {
   b.addEventListener("click", () => preset(name));
   $("presets").append(b);
 });
+let hintTimer = 0;
+function hintOfZoom() {
+  $("zoom-hint").hidden = false;
+  clearTimeout(hintTimer);
+  hintTimer = setTimeout(() => { $("zoom-hint").hidden = true; }, 3000);
+}
 function screenshot() {
   if (!open3d) return;
   const a = make("a", { href: scene.picture(), download: `${(summary.title || "talus").replace(/[^\w-]+/g, "-")}-${time.toFixed(3)}s.png` });
@@ -311,7 +323,10 @@ function plots() {
     const curves = (meta.curves || []).filter((c) => c.group === key).map((c) => ({ ...c }));
     if (!curves.length) continue;
     const grid = make("div", { className: "plots" });
-    $("plot-groups").append(make("h3", { textContent: title }), grid);
+    $("plot-groups").append(make("h3", { textContent: title }));
+    const left = meta.impacts_left_out;
+    if (key === "impact" && left) $("plot-groups").append(make("p", { className: "lead", textContent: `${curves.length} of ${impacts.length} impacts are plotted. ${[left.weak ? `${left.weak} brought less than a hundredth of the greatest impact's energy` : "", left.more ? `${left.more} more are weaker in force than the ${curves.length} shown` : ""].filter(Boolean).join("; ")}. The table of impacts has them all.` }));
+    $("plot-groups").append(grid);
     for (const c of curves) {
       const s = spec(c);
       // What stays zero is named in the tables, and hidden here.
@@ -398,7 +413,7 @@ if (!(summary.plan || []).length) $("plan").hidden = true;
 $("footer").textContent = `Written by Talus. Coordinates are those of the scene; the view is shifted by (${data.origin.join(", ")}) m. ${nf} instants and ${meta.terrain ? `${meta.terrain.shown} of ${meta.terrain.triangles} triangles of the terrain` : "no terrain"} are kept here; results.h5 holds everything.`;
 
 // ---- keyboard
-const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer, farther"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
+const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer to what is in the middle, farther"], ["wheel", "nearer, farther where the pointer is, once the view is clicked (or with ctrl); else the page scrolls"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
 const dialog = $("help");
 dialog.append(make("h2", { textContent: "Keyboard" }), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
 dialog.addEventListener("click", () => dialog.close());
@@ -427,7 +442,7 @@ function start3d() {
   const note = $("no-webgl");
   note.hidden = true;
   try {
-    scene.open($("view"), choose);
+    scene.open($("view"), choose, hintOfZoom);
     open3d = true;
     options();
     legend();
@@ -459,4 +474,4 @@ $("no-webgl").textContent = "Setting up the 3D view \u2026";
 const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); completeInTurn(map.complete); })));
 
 // For tests of the page. `ready` resolves when the 3D view is there, or cannot be.
-window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, charts, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };
+window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, charts, onScreen: (b) => scene.onScreen(b, time), distance: (b) => scene.distance(b, time), get chosen() { return chosen; } };

@@ -115,7 +115,9 @@ void impacts(ReportData& d) {
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].value("kinetic", 0.0) >= 0.01 * most) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return list[a].value("peak_force", 0.0) > list[b].value("peak_force", 0.0); });
-  if (order.size() > 12) order.resize(12);
+  const std::size_t weak = list.size() - order.size(), more = order.size() - std::min<std::size_t>(order.size(), 12);
+  order.resize(order.size() - more);
+  if (weak + more > 0) d.meta["impacts_left_out"] = {{"weak", weak}, {"more", more}};
   std::sort(order.begin(), order.end());
   for (const std::size_t i : order) {
     const json& m = list[i];

@@ -185,6 +185,59 @@ TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
   EXPECT_NEAR(data.summary.at("impacts")[0].at("impulse")[0].get<double>() / impulse.norm(), 1, 1e-9);
 }
 
+/// A piece of a bar at an open crack does not take the colours from all others; its strain is told beside them.
+TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.bars = true;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    recorder.history(run.row(0, run.blocks));
+    Structure::Snapshot s = run.snapshot(0);
+    for (std::size_t i = 0; i < s.bar_strain.size(); ++i) s.bar_strain[i] = 1e-5F * static_cast<float>(i + 1);
+    s.bar_strain[7] = -0.421F;
+    recorder.field(0, run.poses(0, run.blocks), {&s, 1});
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_structures(data);
+  const auto& bars = data.meta.at("structures")[0].at("bars");
+  EXPECT_NEAR(bars.at("strain_greatest").get<double>(), 0.421, 1e-6);
+  EXPECT_NEAR(bars.at("strain_max").get<double>(), 0.00421, 1e-6);   // the 95th of a hundred is below a hundredth of the greatest
+}
+
+TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    for (int k = 0; k < 4; ++k) {
+      sim::HistoryRow row = run.row(k, run.blocks);
+      for (double& e : row.kinetic_translational) e = k == 2 ? 10 : 1e6;   // the third blow is a touch
+      for (double& e : row.kinetic_rotational) e = 0;
+      sim::ContactRow c;
+      c.time = k + 0.5, c.dt = 1e-3, c.force = Vec3(1e6, 0, 0), c.normal = Vec3::UnitX();
+      recorder.history(row);
+      if (k < 3) recorder.contacts({&c, 1});
+    }
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_curves(data);
+  EXPECT_EQ(data.summary.at("impacts").size(), 3u);
+  EXPECT_EQ(data.meta.at("impacts_left_out").at("weak"), 1);
+  EXPECT_EQ(data.meta.at("impacts_left_out").at("more"), 0);
+}
+
 TEST(Report, NeedsResults) {
   const Scratch scratch;
   EXPECT_THROW(io::write_report(scratch.path), InputError);
