@@ -60,8 +60,19 @@ if (summary.structures && summary.structures.length) {
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
   const strikes = blows.length ? blows : impacts, greatest = (of) => strikes.reduce((a, m) => (!a || of(m) > of(a) ? m : a), null);
   const worst = greatest(force), hardest = greatest((m) => m.kinetic);   // what rolls on and presses may have the greatest force of all
+  // How bad, before how fast: a member's class, and its shear against what it can bear.
+  const judged = summary.structures.filter((s) => s.hit || s.loaded || s.damage_max > 0).flatMap((s) => (s.members || []).filter((m) => m.shear_utilisation_design).map((m) => ({ ...m, label: m.name === s.name ? m.name : `${s.name}, ${m.name}`, damageable: s.damage_max > 0 })));
+  const graded = judged.filter((m) => m.damageable && m.damage_class !== null && m.damage_class !== undefined);
+  if (graded.length) {
+    const m = graded.reduce((a, b) => (b.damage_class > a.damage_class ? b : a)), same = graded.filter((x) => x.damage_class === m.damage_class).length;
+    card("Damage class", `${m.damage_class} ${m.damage_class_name}`, "of 4", [m.label, m.damage_class_basis].filter(Boolean).join(": ") + (same > 1 ? `; ${same} of ${graded.length} members are of this class` : ""), m.damage_class >= 3 ? "hit" : "");
+  }
+  if (judged.length) {
+    const m = judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)), use = m.shear_utilisation_design;
+    card("Shear V_dyn / V_Rd", use.value, "1", `${m.label} at station ${number(use.station, 3)} m, ${number(use.time, 4)} s; design resistance by EN 1992-1-1 6.2, means over 1.5 ms`, use.value > 1 ? "hit" : "");
+  }
   if (worst) {
-    card("Impact speed", hardest.speed, "m/s", `${hardest.block} at ${number(hardest.start, 4)} s with ${text(hardest.kinetic, "J")}${strikes.length > 1 ? `, the most of all strikes${blows.length && blows.length < impacts.length ? " by blocks" : ""}` : ""}`);
+    card("Impact speed", hardest.speed, "m/s", `${hardest.block} at ${number(hardest.start, 4)} s with ${text(hardest.kinetic, "J")}${hardest.kinetic_rotational === undefined ? "" : `, ${text(hardest.kinetic_rotational, "J")} of it rotation`}${strikes.length > 1 ? `, the most of all strikes${blows.length && blows.length < impacts.length ? " by blocks" : ""}` : ""}`);
     card("Contact force", force(worst), "N", worst.filtered_force === undefined ? `${worst.block}, single sub-step` : `${worst.block}, low-passed at 300 Hz; single sub-step ${text(worst.peak_force, "N")}, depends on cells and contact law`);
     card("Impulse of this strike", norm(worst.impulse), "N s", `${worst.block} at ${number(worst.start, 4)} s, in ${text(worst.end - worst.start, "s", 3)}, mean ${text(worst.mean_force, "N")}`);
   }
@@ -234,6 +245,12 @@ function chooseBeside(direction) {
 const view = scene.view;
 const hasDamage = structures.some((s) => s.frames.length && (summary.structures || []).some((x) => x.damage_max > 0));
 view.field = hasDamage ? "damage" : structures.some((s) => s.stress_max > 0) ? "stress" : "displacement";
+// Colours end where nineteen of twenty pieces of the bars lie; a piece at a crack that stands open is stretched far more.
+function strainTop() {
+  const top = Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), most = Math.max(...structures.map((s) => (s.bars ? s.bars.strain_greatest || 0 : 0)));
+  const permille = (v) => `${number(1000 * v, 3)} \u2030`;
+  return most > 1.001 * top ? [`, greatest ${permille(most)}`, `\u2265 ${permille(top)}`] : ["", permille(top)];
+}
 function legend() {
   const box = $("legend");
   box.replaceChildren();
@@ -245,7 +262,7 @@ function legend() {
     const w = Math.max(...structures.map((s) => s.crack_max || 0));
     if (view.field === "crack") add("Crack width", "load", "0", text(w, "m"));
     if (view.field === "stress") add("Von Mises stress", "load", "0", text(q, "Pa"));
-    if (view.field === "bars") add("Strain of the bars, size", "speed", "0", `${number(1000 * Math.max(...structures.map((s) => (s.bars ? s.bars.strain_max : 0))), 3)} ‰`);
+    if (view.field === "bars") add(`Strain of the bars, size${strainTop()[0]}`, "speed", "0", strainTop()[1]);
   }
   if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));
 }
@@ -279,6 +296,12 @@ presets.forEach(([name, label], i) => {
   b.addEventListener("click", () => preset(name));
   $("presets").append(b);
 });
+let hintTimer = 0;
+function hintOfZoom() {
+  $("zoom-hint").hidden = false;
+  clearTimeout(hintTimer);
+  hintTimer = setTimeout(() => { $("zoom-hint").hidden = true; }, 3000);
+}
 function screenshot() {
   if (!open3d) return;
   const a = make("a", { href: scene.picture(), download: `${(summary.title || "talus").replace(/[^\w-]+/g, "-")}-${time.toFixed(3)}s.png` });
@@ -300,7 +323,10 @@ function plots() {
     const curves = (meta.curves || []).filter((c) => c.group === key).map((c) => ({ ...c }));
     if (!curves.length) continue;
     const grid = make("div", { className: "plots" });
-    $("plot-groups").append(make("h3", { textContent: title }), grid);
+    $("plot-groups").append(make("h3", { textContent: title }));
+    const left = meta.impacts_left_out;
+    if (key === "impact" && left) $("plot-groups").append(make("p", { className: "lead", textContent: `${curves.length} of ${impacts.length} impacts are plotted. ${[left.weak ? `${left.weak} brought less than a hundredth of the greatest impact's energy` : "", left.more ? `${left.more} more are weaker in force than the ${curves.length} shown` : ""].filter(Boolean).join("; ")}. The table of impacts has them all.` }));
+    $("plot-groups").append(grid);
     for (const c of curves) {
       const s = spec(c);
       // What stays zero is named in the tables, and hidden here.
@@ -359,14 +385,14 @@ function profile() {
 function tables() {
   const at = $("table-list"), n = (name, unit, get, digits) => ({ name, unit, get, digits }), t = (name, get) => ({ name, get, text: true });
   table(at, "How sure", "verified: closed form; validated: experiment; extrapolated: neither", [t("quantity", (r) => r.quantity), { name: "level", get: (r) => r.level, text: true, level: true }, { name: "basis", get: (r) => r.basis, long: true }], summary.confidence || []);
-  table(at, "Impacts", "force low-passed at 300 Hz, and the mean over the hardest single sub-step, which depends on cells and contact law", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("force, 300 Hz", "kN", (r) => force(r) / 1e3), n("single sub-step", "kN", (r) => r.peak_force / 1e3),
+  table(at, "Impacts", "force low-passed at 300 Hz, and the mean over the hardest single sub-step, which depends on cells and contact law", [t("block", (r) => r.block), t("structure", (r) => r.structure), n("start", "s", (r) => r.start, 6), n("duration", "s", (r) => r.end - r.start), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("of rotation", "kJ", (r) => (r.kinetic_rotational === undefined ? null : r.kinetic_rotational / 1e3)), n("force, 300 Hz", "kN", (r) => force(r) / 1e3), n("single sub-step", "kN", (r) => r.peak_force / 1e3),
     n("at", "s", (r) => r.peak_time, 6), n("mean force", "kN", (r) => r.mean_force / 1e3), n("impulse x", "N s", (r) => r.impulse[0]), n("y", "N s", (r) => r.impulse[1]), n("z", "N s", (r) => r.impulse[2]), n("point x", "m", (r) => r.point[0], 7), n("y", "m", (r) => r.point[1], 7), n("z", "m", (r) => r.point[2], 7)], impacts, { onPick: (r) => { setTime(r.start); location.hash = "#playback"; } });
   table(at, "Structures", "base reactions without the preload, greatest means over 1.5 ms; click a row to select the structure", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || [], { onPick: (r) => chooseFromTable("structure", structures.findIndex((s) => s.name === r.name)) });
   const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
   if (members.length) table(at, "Members", "V and M are greatest means over 1.5 ms; V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => (r.residual_drift_ratio === null ? null : 100 * r.residual_drift_ratio)), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => (r.damage_class === null ? "–" : `${r.damage_class} ${r.damage_class_name}`))], members);
-  if (meta.capacity) table(at, "Residual axial capacity", "greatest load on the top of each member between rigid plates; reserve: capacity now over permanent load; lost: it bears nothing", [t("structure", (r) => r.structure), t("member", (r) => r.member), n("as built", "kN", (r) => r.capacity_built / 1e3), n("now", "kN", (r) => (r.capacity_now === null ? null : r.capacity_now / 1e3)), n("now/built", "", (r) => r.ratio), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("reserve", "", (r) => r.reserve), t("damage", (r) => (r.damage_class === null ? (r.lost ? "lost" : "") : `${r.damage_class} ${r.damage_class_name}`))], meta.capacity);
+  if (meta.capacity) table(at, "Residual axial capacity", "greatest load on the top of each member between rigid plates; reserve: capacity now over permanent load; lost: not to be counted on as a pier, and what its stump bears between plates that neither move aside nor tilt is no reserve", [t("structure", (r) => r.structure), t("member", (r) => r.member), n("as built", "kN", (r) => r.capacity_built / 1e3), n("now", "kN", (r) => (r.capacity_now === null ? null : r.capacity_now / 1e3)), n("now/built", "", (r) => r.ratio), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("reserve", "", (r) => r.reserve), ...(meta.capacity.some((r) => r.lost) ? [n("stump", "kN", (r) => (typeof r.capacity_of_rest === "number" ? r.capacity_of_rest / 1e3 : null))] : []), t("damage", (r) => (r.damage_class === null ? (r.lost ? "lost" : "") : `${r.damage_class} ${r.damage_class_name}`))], meta.capacity);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
-  table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step, or its mean for an equivalent static force", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => r.value / 1e3), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), n("computed / formula", "", (r) => r.computed / r.value, 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
+  table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step beside a peak, its mean beside an equivalent static force, its force low-passed at 300 Hz beside a static resistance", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => (r.value === null ? null : r.value / 1e3)), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), t("which is", (r) => r.computed_is || ""), n("computed / formula", "", (r) => (r.value === null ? null : r.computed / r.value), 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
     { name: "equation", get: (r) => r.equation, detail: true }, { name: "inputs", get: (r) => r.inputs, detail: true }, { name: "source", get: (r) => `${r.source} (${r.status})`, detail: true }, { name: "note", get: (r) => r.note, detail: true }], summary.formulas || []);
   table(at, "Blocks", "click a row to select the block", [t("name", (r) => r.name), n("mass", "kg", (r) => r.mass), n("volume", "m³", (r) => r.volume), n("run-out", "m", (r) => r.runout), n("drop", "m", (r) => r.drop), n("path", "m", (r) => r.path_length), n("greatest speed", "m/s", (r) => r.max_speed), n("greatest energy", "kJ", (r) => r.max_kinetic / 1e3), n("final speed", "m/s", (r) => r.final_speed), n("left the model", "s", (r) => r.left), n("end x", "m", (r) => r.end && r.end[0], 7), n("y", "m", (r) => r.end && r.end[1], 7), n("z", "m", (r) => r.end && r.end[2], 7)], blocks, { onPick: (r) => chooseFromTable("block", blocks.indexOf(r)) });
   const e = summary.energy || {};
@@ -387,7 +413,7 @@ if (!(summary.plan || []).length) $("plan").hidden = true;
 $("footer").textContent = `Written by Talus. Coordinates are those of the scene; the view is shifted by (${data.origin.join(", ")}) m. ${nf} instants and ${meta.terrain ? `${meta.terrain.shown} of ${meta.terrain.triangles} triangles of the terrain` : "no terrain"} are kept here; results.h5 holds everything.`;
 
 // ---- keyboard
-const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer, farther"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
+const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer to what is in the middle, farther"], ["wheel", "nearer, farther where the pointer is, once the view is clicked (or with ctrl); else the page scrolls"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
 const dialog = $("help");
 dialog.append(make("h2", { textContent: "Keyboard" }), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
 dialog.addEventListener("click", () => dialog.close());
@@ -416,7 +442,7 @@ function start3d() {
   const note = $("no-webgl");
   note.hidden = true;
   try {
-    scene.open($("view"), choose);
+    scene.open($("view"), choose, hintOfZoom);
     open3d = true;
     options();
     legend();
@@ -448,4 +474,4 @@ $("no-webgl").textContent = "Setting up the 3D view \u2026";
 const ready = new Promise((resolve) => requestAnimationFrame(() => setTimeout(() => { start3d(); resolve(open3d); completeInTurn(map.complete); })));
 
 // For tests of the page. `ready` resolves when the 3D view is there, or cannot be.
-window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, charts, onScreen: (b) => scene.onScreen(b, time), get chosen() { return chosen; } };
+window.talus = { ready, get time() { return time; }, get playing() { return playing; }, get webgl() { return open3d; }, setTime, play, choose, preset, charts, onScreen: (b) => scene.onScreen(b, time), distance: (b) => scene.distance(b, time), get chosen() { return chosen; } };

@@ -450,11 +450,50 @@ export const cameras = {
   },
 };
 
-// By the keys: about the point that is looked at, across and up in radians, distances times `nearer`.
+// How far what is seen at a point of the picture is, in [-1, 1]; 0: nothing is there. `ray` goes there afterwards.
+function depthAt(x, y) {
+  camera.updateMatrixWorld();
+  ray.setFromCamera(new Vector2(x, y), camera);
+  const bodiesHere = bodies.flatMap((b) => b.epochs.map((e) => e.mesh)).filter((m) => m.visible);
+  if (batch) { batch.computeBoundingSphere(); bodiesHere.push(batch); }
+  const hit = ray.intersectObjects(bodiesHere, false)[0], reach = camera.position.distanceTo(middle) + 2 * extent, n = 500, q = new Vector3();
+  let best = hit ? hit.distance : Infinity;
+  for (let k = 1; k <= n; k++) {
+    const s = reach * (k / n) ** 2;
+    if (s > best) break;
+    ray.ray.at(s, q);
+    if (landHeight(q.x, q.y) > q.z) best = s;
+  }
+  return isFinite(best) ? best : 0;
+}
+
+// The point that the view is turned about goes to the depth of what is seen there: the picture stays.
+function lookInto(x, y) {
+  const away = depthAt(x, y), forward = camera.getWorldDirection(new Vector3());
+  if (away > 0) controls.target.copy(camera.position).addScaledVector(forward, away * forward.dot(ray.ray.direction));
+}
+
+// Towards or away from what is seen at a point of the picture, which stays where it is on the screen: distances times `nearer`. Not towards the point
+// that the view is turned about: what lies before it would be passed through, and what lies behind never reached.
+export function zoom(x, y, nearer) {
+  const away = depthAt(x, y) || camera.position.distanceTo(controls.target), least = 2e-4 * extent, to = Math.max(away * nearer, Math.min(away, least));
+  if (nearer > 1 && camera.position.distanceTo(middle) > controls.maxDistance) return;
+  const forward = camera.getWorldDirection(new Vector3());
+  camera.position.addScaledVector(ray.ray.direction, away - to);
+  controls.target.copy(camera.position).addScaledVector(forward, to * forward.dot(ray.ray.direction));
+  glide = null;
+  controls.update();
+  dirty = true;
+}
+
+export function distance(b, t) { return camera && pose(b, t, p) ? camera.position.distanceTo(new Vector3(...p.position)) : NaN; }
+
+// By the keys: about the point that is looked at, across and up in radians; distances from what is in the middle times `nearer`.
 export function turn(across, up, nearer) {
-  const way = camera.position.clone().sub(controls.target), level = Math.hypot(way.x, way.y), length = way.length() * nearer;
+  if (nearer !== 1) return zoom(0, 0, nearer);
+  const way = camera.position.clone().sub(controls.target), level = Math.hypot(way.x, way.y), length = way.length();
   const azimuth = Math.atan2(way.y, way.x) + across, height = Math.min(Math.max(Math.atan2(way.z, level) + up, -1.5), 1.5);
-  camera.position.copy(controls.target).add(new Vector3(Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height)).multiplyScalar(Math.min(length, controls.maxDistance)));
+  camera.position.copy(controls.target).add(new Vector3(Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height)).multiplyScalar(length));
   glide = null;
   controls.update();
   dirty = true;
@@ -527,7 +566,7 @@ function drawnBySoftware() {
 }
 
 // Throws where there is no WebGL.
-export function open(canvas, onPick) {
+export function open(canvas, onPick, onIdleWheel) {
   software = drawnBySoftware();
   renderer = new WebGLRenderer({ canvas, antialias: !software, alpha: true, preserveDrawingBuffer: false });
   renderer.setPixelRatio(software ? 1 : Math.min(devicePixelRatio || 1, 2));
@@ -569,8 +608,24 @@ export function open(canvas, onPick) {
   addTrajectories();
   addArrows();
 
+  // The wheel scrolls the page until the view is chosen by a click: a page that stops scrolling where the pointer happens to be is no page. Pinching a touchpad
+  // comes as a wheel with ctrl.
+  const at = (e) => { const r = canvas.getBoundingClientRect(); return [((e.clientX - r.left) / r.width) * 2 - 1, 1 - ((e.clientY - r.top) / r.height) * 2]; };
+  canvas.addEventListener("wheel", (e) => {
+    e.stopImmediatePropagation();
+    if (document.activeElement !== canvas && !e.ctrlKey && !e.metaKey && !document.fullscreenElement) { onIdleWheel(); return; }
+    e.preventDefault();
+    const lines = e.deltaMode === 1 ? 33 : e.deltaMode === 2 ? 500 : 1, turned = Math.min(Math.max(e.deltaY * lines, -300), 300);
+    zoom(...at(e), Math.exp(turned * (e.ctrlKey && Math.abs(e.deltaY) < 50 ? 0.01 : 0.0018)));   // a notch of a wheel is about 100: a fifth
+  }, { capture: true, passive: false });
+  canvas.style.touchAction = "pan-y";   // one finger up or down scrolls the page, across it turns; two fingers zoom
+
   let down = null;
-  canvas.addEventListener("pointerdown", (e) => { down = [e.clientX, e.clientY]; });
+  canvas.addEventListener("pointerdown", (e) => {
+    down = [e.clientX, e.clientY];
+    canvas.focus({ preventScroll: true });
+    lookInto(...at(e));
+  }, { capture: true });
   canvas.addEventListener("pointerup", (e) => {
     if (down && Math.hypot(e.clientX - down[0], e.clientY - down[1]) < 5) onPick(pick(e, canvas));
     down = null;
@@ -598,10 +653,9 @@ export function draw() {
   controls.update();
   if (!dirty) return;
   dirty = false;
-  // The camera stays above the ground.
-  const z = ground(camera.position.x, camera.position.y);
-  if (z === z && camera.position.z < z + 0.004 * extent) camera.position.z = z + 0.004 * extent;
-  const d = camera.position.distanceTo(controls.target);
+  // The camera stays above the ground, and comes as near to it as to what it looks at.
+  const d = camera.position.distanceTo(controls.target), z = ground(camera.position.x, camera.position.y), least = Math.min(0.004 * extent, 0.1 * d);
+  if (z === z && camera.position.z < z + least) camera.position.z = z + least;
   camera.near = Math.max(d * 0.01, extent * 1e-5);
   camera.far = d + extent * 8;
   camera.updateProjectionMatrix();

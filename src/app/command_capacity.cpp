@@ -37,8 +37,8 @@ std::string plain(const json& of, const char* key) {
   return value.is_string() ? value.get<std::string>() : value.dump();
 }
 
-/// A member of which a tenth is gone, whose top has come off, or that the run left leaning beyond use (class 4 of the summary), bears nothing: what is left of it
-/// between two plates is not the pier.
+/// A member of which a tenth is gone, whose top has come off, or that the run left leaning beyond use (class 4 of the summary), has no capacity as a pier: what its
+/// stump bears between two plates that neither move aside nor tilt is told beside it, and is no reserve.
 bool is_lost(const Member& member, const MemberState& state, const json& said) {
   constexpr double share = 0.1;
   return said.value("damage_class", json()) == 4 || !std::isfinite(state.drift[0]) || (member.volume > 0 && state.lost_volume > share * member.volume);
@@ -47,8 +47,8 @@ bool is_lost(const Member& member, const MemberState& state, const json& said) {
 json entry(const std::string& structure, const PushDown& now, const PushDown& built, const Member& member, bool lost, const json& said) {
   const double ratio = now.capacity / built.capacity, permanent = member.axial_preload;
   const auto unless_lost = [&](const std::string& text) { return lost ? std::string("-") : text; };
-  fmt::print("{:<16} {:<8} {:>14.1f} {:>14} {:>9} {:>14.1f} {:>8}   {} {}\n", structure, now.member, built.capacity / 1e3, lost ? "lost" : fmt::format("{:.1f}", now.capacity / 1e3), unless_lost(fmt::format("{:.3f}", ratio)),
-             permanent / 1e3, unless_lost(fmt::format("{:.2f}", permanent > 0 ? now.capacity / permanent : 0.0)), plain(said, "damage_class"), plain(said, "damage_class_name"));
+  fmt::print("{:<16} {:<8} {:>14.1f} {:>14} {:>9} {:>14.1f} {:>8}   {} {}{}\n", structure, now.member, built.capacity / 1e3, lost ? "lost" : fmt::format("{:.1f}", now.capacity / 1e3), unless_lost(fmt::format("{:.3f}", ratio)),
+             permanent / 1e3, unless_lost(fmt::format("{:.2f}", permanent > 0 ? now.capacity / permanent : 0.0)), plain(said, "damage_class"), plain(said, "damage_class_name"), lost ? fmt::format("; what is left bears {:.1f} kN between plates", now.capacity / 1e3) : std::string());
   return {{"structure", structure},
           {"member", now.member},
           {"lost", lost},
@@ -100,7 +100,8 @@ int command_capacity(const Options& options) {
     std::fflush(stdout);
     io::write_file(file, json{{"schema", 1}, {"program", "talus"}, {"time", final.time}, {"members", rows}}.dump(2) + "\n");   // with each structure, should a later one fail
   }
-  if (any_lost) fmt::print("lost: a tenth of the member or more is gone, its top has come off, or it leans by more than 5 %; it bears nothing, and what the stump would bear between plates (capacity_of_rest) is no reserve.\n");
+  if (any_lost) fmt::print("lost: a tenth of the member or more is gone, its top has come off, or it leans by more than 5 %; as a pier it is not to be counted on, and no capacity is stated. "
+                           "What its stump bears between rigid plates that neither move aside nor tilt (capacity_of_rest) is no reserve: nothing holds the load above it like that.\n");
   fmt::print("Load on the top of each member between rigid plates; curves: {}\n", file.string());
   return done;
 }

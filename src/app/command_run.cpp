@@ -52,7 +52,7 @@ std::string left_out(scene::Coupling::Scheme scheme, const sim::RunResult& resul
   return fmt::format("Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system (scheme = \"two-way\") they slow the blocks' rebound and the loads themselves.", result.audit.work_on_structure);
 }
 
-void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, std::optional<double> resumed_at, const std::string& left_out) {
+void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, std::optional<double> resumed_at, const std::string& left_out, const std::vector<std::string>& headline) {
   const sim::RunCounters& n = result.counters;
   const std::string status = result.status == "all left" ? "every block has left the model" : result.status;
   fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU{}\n", status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts,
@@ -62,6 +62,7 @@ void print_result(const sim::RunResult& result, const fs::path& directory, doubl
                result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
   if (!left_out.empty()) fmt::print("{}\n", left_out);
   if (!result.message.empty()) fmt::print("{}\n", result.message);
+  for (const std::string& line : headline) fmt::print("{}\n", line);
   fmt::print("Results: {}\n", directory.string());
 }
 
@@ -205,7 +206,8 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result));
+  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result),
+               io::summary_headline(summary));
   for (const std::string& text : io::summary_warnings(summary)) {
     if (const auto& told = recorder->warnings(); std::find(told.begin(), told.end(), text) != told.end()) continue;   // at the start, or as it happened
     recorder->log().warning("summary", {{"text", text}});

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/reject.hpp"
 #include "core/suggest.hpp"
@@ -22,6 +23,13 @@ std::string readable(double value, const std::string& unit) {
   for (const auto& [factor, prefix] : {std::pair{1e9, "G"}, {1e6, "M"}, {1e3, "k"}})
     if (std::abs(value) >= factor) return fmt::format("{:.4g} {}{}", value / factor, prefix, unit);
   return fmt::format("{:.4g} {}", value, unit);
+}
+
+/// Of a circle about the middle of a rectangle, the length inside it [m].
+double perimeter_within(double radius, double a, double b) {
+  // In a quadrant, angles from the first axis: within half of a beyond alpha, within half of b below beta.
+  const double alpha = std::acos(std::min(1.0, 0.5 * a / radius)), beta = std::asin(std::min(1.0, 0.5 * b / radius));
+  return 4 * radius * std::max(0.0, beta - alpha);
 }
 
 std::string unit_of(const InputValue& v) {
@@ -67,6 +75,8 @@ Inputs::Inputs(double mass, double velocity, double diameter) {
   add("effective_depth", "d", dim::length, 0.45, "default", 0.02, 10, "effective depth of the slab or wall");
   add("reinforcement_ratio", "rho", dim::number, 0.005, "default", 0, 0.1, "mean ratio of the tension reinforcement");
   add("load_diameter", "c", dim::length, 0, "", 1e-3, 100, "diameter of the loaded area, half the block's diameter");
+  add("width", "b", dim::length, 1000, "default, no edge in reach", 0.01, 1e4, "extent of the slab or wall across the blow");
+  add("width_across", "b_2", dim::length, 1000, "default, no edge in reach", 0.01, 1e4, "the other extent across the blow");
   add("gamma_c", "gamma_c", dim::number, 1.2, "default, accidental", 1, 2, "partial factor of the concrete");
   for (const InputValue& v : values_)
     if (v.name == "mass" || v.name == "velocity" || v.name == "diameter") check(v);
@@ -169,11 +179,18 @@ std::vector<Result> evaluate(const Inputs& in, bool cushion) {
   const double size = std::min(2.0, 1 + std::sqrt(0.2 / d));
   const double stress = std::max(0.18 / gamma * size * std::cbrt(100 * rho * f_ck), 0.035 * std::pow(size, 1.5) * std::sqrt(f_ck));
   const double crush = 0.4 * 0.6 * (1 - f_ck / 250) * f_ck / gamma;
-  const double u1 = pi * (c + 4 * d), u0 = pi * c;
+  const double reach = 0.5 * c + 2 * d, b = in.get("width"), b2 = in.get("width_across");
+  const double u1 = perimeter_within(reach, b, b2), u0 = pi * c;
+  const bool fits = 2 * reach <= std::min(b, b2), slab = fits || (std::min(b, b2) >= 5 * d && u1 > 0);
   const bool crushed = crush * u0 < stress * u1;
-  add("en1992-punching", "EN 1992-1-1, punching", 1e6 * d * std::min(stress * u1, crush * u0), Kind::resistance, "min(v_Rd,c u_1, v_Rd,max u_0) d, u_1 at 2d, no shear reinforcement",
-      "EN 1992-1-1:2004, 6.4.4 and 6.4.5", unverified, crushed ? "governed by crushing at the edge of the loaded area" : "governed by the control perimeter at 2d; static, without rate effects",
-      uses({"f_ck", "effective_depth", "reinforcement_ratio", "load_diameter", "gamma_c"}));
+  std::string note = crushed ? "governed by crushing at the edge of the loaded area" : fmt::format("governed by the control perimeter at 2d, {:.3g} m{}; static, without rate effects", u1,
+                                                                                                   fits ? "" : fmt::format(" of it within the member, for a load in its middle"));
+  if (!slab)
+    note = fmt::format("not applicable: the control perimeter at 2d, {:.3g} m across, is wider than the member ({:.3g} m), which is no slab (EN 1992-1-1 5.3.1); the shear of the member decides (V_dyn/V_Rd)", 2 * reach,
+                       std::min(b, b2));
+  add("en1992-punching", "EN 1992-1-1, punching", slab ? 1e6 * d * std::min(stress * u1, crush * u0) : std::numeric_limits<double>::quiet_NaN(), Kind::resistance,
+      "min(v_Rd,c u_1, v_Rd,max u_0) d, u_1 at 2d within the member, no shear reinforcement", "EN 1992-1-1:2004, 6.4.4 and 6.4.5", unverified, note,
+      uses({"f_ck", "effective_depth", "reinforcement_ratio", "load_diameter", "width", "width_across", "gamma_c"}));
   if (!cushion) std::erase_if(results, [](const Result& r) { return r.id == "labiouse" || r.id == "japan" || r.id == "switzerland"; });
   return results;
 }
@@ -184,7 +201,7 @@ std::string table(const Inputs& in, const std::vector<Result>& results) {
   const double m = in.get("mass"), v = in.get("velocity");
   out += fmt::format("  {:<24}{:<9}{:>14}  m v^2 / 2\n  {:<24}{:<9}{:>14}  v^2 / (2 g)\n\nResults\n", "kinetic energy", "W", readable(0.5 * m * v * v, "J"), "height of fall", "H", fmt::format("{:.4g} m", v * v / (2 * g)));
   for (const Result& r : results) {
-    out += fmt::format("  {:<30}{:<5}{:>12}  {}\n", r.title, r.symbol, readable(r.value, r.unit), text(r.kind));
+    out += fmt::format("  {:<30}{:<5}{:>12}  {}\n", r.title, r.symbol, std::isfinite(r.value) ? readable(r.value, r.unit) : "-", text(r.kind));
     out += fmt::format("      {}\n      {} ({})\n      {}\n", r.equation, r.source, r.status, r.note);
   }
   return out;

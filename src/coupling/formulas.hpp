@@ -6,6 +6,7 @@
 ///   Switzerland  F = 2.8 e^(-1/2) R^(7/10) M_E^(2/5) tan(phi) W^(3/5)            equivalent static       [astra2008]
 ///   EN 1991-1-7  F = v sqrt(k m)                                                 peak, hard impact       [en1991-1-7, C.1]
 ///   EN 1992-1-1  V_Rd = v_Rd,c u_1 d, at most v_Rd,max u_0 d                     resistance to punching  [en1992-1-1, 6.4]
+///                u_1 at 2d, as far as it lies within the member; none of a member narrower than 5d that it does not fit into (5.3.1: no slab)
 ///
 /// symbol   meaning                                                    unit
 /// m, v     mass and velocity of the block                             kg, m/s
@@ -44,7 +45,7 @@ struct Result {
   std::string id;           ///< hertz, labiouse, japan, switzerland, en1991-hard, en1992-punching
   std::string title;
   std::string symbol, unit;
-  double value = 0;         ///< SI; for a force N
+  double value = 0;         ///< SI; for a force N. NaN: not applicable, `note` says why
   Kind kind = Kind::peak;
   std::string equation;
   std::string source;

@@ -8,6 +8,7 @@
 #include <iterator>
 
 #include "io/files.hpp"
+#include "io/gis_files.hpp"
 #include "io/hdf5_file.hpp"
 
 namespace talus::io {
@@ -64,6 +65,17 @@ void add(const Hdf5File& file, const std::string& path, std::size_t rows, std::v
   all.push_back(std::move(c));
 }
 
+/// Of each centroid over the terrain: in a file of heights above the sea one does not see how high a block flies.
+void add_heights(const Hdf5File& file, std::size_t rows, std::vector<Columns>& all) {
+  const Array<double> position = file.read<double>("/history/blocks/position");
+  Columns c;
+  c.rows = rows;
+  c.values = heights_over_ground(file, position.values);
+  if (c.values.empty() || position.rows() != rows) return;
+  for (const std::string& name : items(file, "/history/blocks", "position", position.dims[1])) c.names.push_back(name + ".height_over_ground [m]");
+  all.push_back(std::move(c));
+}
+
 /// RFC 4180: a name with a comma, quote or line break is quoted.
 std::string quoted(const std::string& name) {
   if (name.find_first_of(",\"\n\r") == std::string::npos) return name;
@@ -103,6 +115,7 @@ std::string csv_text(const std::string& results, const std::string& path) {
     if (!history) rows = file.dims(path).empty() ? 0 : file.dims(path)[0];
     if (path != "/history/time") add(file, path, rows, all);
   }
+  if (path == "/history/blocks" && rows > 0) add_heights(file, rows, all);
   if (all.empty()) throw bad_file(results, path, "holds no numbers by row", "name a group or dataset of /history or /ledger");
 
   fmt::memory_buffer text;

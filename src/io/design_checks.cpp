@@ -39,6 +39,10 @@ formulas::Inputs inputs_of(const sim::RunHeader& header, const Impact& m) {
   const double depth = structure.effective_depth[axis], ratio = structure.reinforcement_ratio[axis];
   if (depth >= 0.02 && depth <= 10) inputs.set("effective_depth", depth, ratio > 0 ? "section less cover" : "0.9 of the section, its bars are not known both ways");
   if (ratio > 0 && ratio <= 0.1) inputs.set("reinforcement_ratio", ratio, "the structure's bars across the blow");
+  // Its extents across the blow, at the least: effective depths along its other axes.
+  const char* names[] = {"width", "width_across"};
+  for (int k = 0, n = 0; k < 3; ++k)
+    if (const double extent = structure.effective_depth[k]; k != axis && extent >= 0.01 && extent <= 1e4) inputs.set(names[n++], extent, "effective, across the blow");
   return inputs;
 }
 
@@ -50,6 +54,19 @@ std::vector<formulas::Result> formulas_of(const sim::RunHeader& header, const Im
     return {};
   }
 }
+
+/// What of the run stands beside a formula: like beside like. A static resistance is no match for the force of a single sub-step.
+double computed(formulas::Kind kind, const Impact& m) {
+  const double duration = m.end - m.start;
+  switch (kind) {
+    case formulas::Kind::peak: return m.peak_force;
+    case formulas::Kind::resistance: return m.filtered_force;
+    case formulas::Kind::mean:
+    case formulas::Kind::equivalent_static: return duration > 0 ? m.impulse.norm() / duration : 0;
+  }
+  return 0;
+}
+const char* computed_is(formulas::Kind kind) { return kind == formulas::Kind::peak ? "single sub-step" : kind == formulas::Kind::resistance ? "low-passed at 300 Hz" : "mean over the impact"; }
 
 std::string sentence(const std::vector<formulas::InputValue>& values) {
   std::string text;
@@ -72,7 +89,6 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
     }
     if (strongest < 0) continue;
     const Impact& m = impacts[static_cast<std::size_t>(strongest)];
-    const double duration = m.end - m.start, mean = duration > 0 ? m.impulse.norm() / duration : 0;
     for (const formulas::Result& r : formulas_of(header, m))
       list.push_back({{"impact", strongest},
                       {"structure", header.structures[s].name},
@@ -81,9 +97,10 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
                       {"name", r.title},
                       {"symbol", r.symbol},
                       {"unit", r.unit},
-                      {"value", r.value},
+                      {"value", std::isfinite(r.value) ? json(r.value) : json()},
                       {"kind", formulas::text(r.kind)},
-                      {"computed", r.kind == formulas::Kind::mean || r.kind == formulas::Kind::equivalent_static ? mean : m.peak_force},
+                      {"computed", computed(r.kind, m)},
+                      {"computed_is", computed_is(r.kind)},
                       {"computed_filtered", m.filtered_force},
                       {"equation", r.equation},
                       {"inputs", sentence(r.inputs)},

@@ -5,6 +5,7 @@
 ///
 /// A block may lie on a structure for minutes: the track is filtered piece by piece, each with as much of the one before as the filter remembers.
 #pragma once
+#include <cstddef>
 #include <vector>
 
 #include "core/types.hpp"
@@ -12,6 +13,7 @@
 namespace talus::io {
 
 inline constexpr double force_cutoff = 300;   // [Hz]
+inline constexpr double force_bin = 1e-4;     // [s]
 
 class ForceTrack {
  public:
@@ -28,5 +30,22 @@ class ForceTrack {
   long first_ = 0;              // number of the first bin since t = 0
   std::vector<Vec3> impulse_;   // of each bin [N s]
 };
+
+/// What the filter of a ForceTrack sees and gives, for a plot: the mean size of the force in each bin, whose integral is the impulse, and that low-passed.
+struct ForceCurve {
+  std::vector<double> time;       // middle of each bin [s]
+  std::vector<double> mean;       // [N]
+  std::vector<double> filtered;   // [N]; its greatest is ForceTrack::filtered_peak()
+};
+
+/// A row of contact forces: mean over (time - dt, time] [s], [N].
+struct ForceRow {
+  double time = 0, dt = 0;
+  Vec3 force = Vec3::Zero();
+};
+
+/// The curve of one contact from `before` [s] ahead of its first row to `after` [s] behind its last; empty where the rows hold no force of a run,
+/// or take more than `most` bins.
+ForceCurve force_curve(const std::vector<ForceRow>& rows, double before, double after, std::size_t most = 20'000'000);
 
 }  // namespace talus::io

@@ -226,4 +226,18 @@ geometry::Raster results_map(const std::filesystem::path& results, const std::st
   return map;
 }
 
+std::vector<double> heights_over_ground(const Hdf5File& file, std::span<const double> points) {
+  std::vector<double> heights;
+  if (!file.exists("/geometry/terrain/vertices")) return heights;
+  Box3 region;
+  for (std::size_t k = 0; k + 2 < points.size(); k += 3)
+    if (const Vec3 p(points[k], points[k + 1], points[k + 2]); p.allFinite()) region.extend(p);
+  heights.resize(points.size() / 3, missing);
+  if (region.isEmpty()) return heights;
+  const Ground ground(file, region);
+  for (std::size_t k = 0; k < heights.size(); ++k)
+    if (const Vec3 p(points[3 * k], points[3 * k + 1], points[3 * k + 2]); p.allFinite()) heights[k] = p.z() - ground.at(p.x(), p.y());
+  return heights;
+}
+
 }  // namespace talus::io

@@ -6,7 +6,9 @@
 /// Both follow the centroids over the history rows; between two rows a block goes straight and its speed changes linearly.
 #pragma once
 #include <filesystem>
+#include <span>
 #include <string>
+#include <vector>
 
 namespace talus::geometry {
 struct Raster;
@@ -27,5 +29,9 @@ std::string tracks_geojson(const std::filesystem::path& results);
 /// NaN where no block came. `cell` <= 0: the greatest of 1, 2, 5 times a power of ten that divides the longer side of the paths in plan (or a tenth of their extent in space) into 100 or more.
 /// Throws InputError for an unknown quantity, no moving block, heights without a terrain, and grids of more than 1e8 cells.
 geometry::Raster results_map(const std::filesystem::path& results, const std::string& quantity, double cell);
+
+class Hdf5File;
+/// Heights over the terrain of points x, y, z in a row, scene coordinates; NaN beside it and where a point is NaN. Empty without a terrain [m].
+std::vector<double> heights_over_ground(const Hdf5File& file, std::span<const double> points);
 
 }  // namespace talus::io

@@ -1,7 +1,11 @@
 #include "io/member_track.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <initializer_list>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace talus::io {
 
@@ -27,23 +31,36 @@ std::array<double, 2> MemberTrack::residual_drift() const {
 
 bool MemberTrack::top_came_off() const { return !std::isfinite(last_.drift[0]); }
 
-int MemberTrack::damage_class() const {
+MemberTrack::Verdict MemberTrack::verdict() const {
+  static constexpr const char* names[] = {"none", "slight", "moderate", "severe", "lost"};
   const std::array<double, 2> drift = residual_drift();
   const double residual = std::hypot(drift[0], drift[1]) / member_.length;
   const double share = member_.volume > 0 ? last_.lost_volume / member_.volume : 0;
-  if (share > 0.1 || residual > 0.05 || top_came_off()) return 4;
-  if (last_.bars_broken > 0 || share > 0.01 || residual > 0.01 || peaks_.use_mean.value > 1) return 3;
-  if (last_.bars_yielded > 0 || peaks_.crack_width > 0.4e-3 || peaks_.use_design.value > 1) return 2;
-  return peaks_.crack_width > 0.1e-3 ? 1 : 0;
+  const double crack = 1e3 * peaks_.crack_width;   // [mm]
+  std::string basis;
+  struct Reason { bool holds; std::string text; };
+  const auto any_of = [&](std::initializer_list<Reason> reasons) {
+    for (const Reason& r : reasons)
+      if (r.holds) basis += (basis.empty() ? "" : ", ") + r.text;
+    return !basis.empty();
+  };
+  const std::string gone = fmt::format("{:.2g} % of its volume gone", 100 * share), leans = fmt::format("residual drift {:.2g} %", 100 * residual), wide = fmt::format("a crack of {:.2g} mm", crack);
+  const auto bars = [](int count, const char* what) { return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what); };
+  int grade = 0;
+  if (any_of({{top_came_off(), "its top has come off"}, {share > 0.1, gone}, {residual > 0.05, leans}})) grade = 4;
+  else if (any_of({{last_.bars_broken > 0, bars(last_.bars_broken, "broken")}, {share > 0.01, gone}, {residual > 0.01, leans}, {peaks_.use_mean.value > 1, "V_dyn above V_Rd with mean strengths"}})) grade = 3;
+  else if (any_of({{last_.bars_yielded > 0, bars(last_.bars_yielded, "yielded")}, {crack > 0.4, wide}, {peaks_.use_design.value > 1, "V_dyn above the design V_Rd"}})) grade = 2;
+  else if (any_of({{crack > 0.1, wide}})) grade = 1;
+  if (grade == 0) basis = "no crack above 0.1 mm, no bar yields";
+  return {grade, names[grade], std::move(basis), peaks_.use_design.value};
 }
 
 json MemberTrack::summary() const {
-  static const char* names[] = {"none", "slight", "moderate", "severe", "lost"};
   const auto pair = [](const std::array<double, 2>& v) { return json::array({v[0], v[1]}); };
   const auto peak = [](const LoadPeak& p) { return json{{"value", p.value}, {"time", p.time}, {"station", p.station}}; };
-  const bool concrete = member_.shear_design[0] > 0;
+  const bool concrete = has_verdict();   // what is elastic alone cannot be damaged, which is no finding
   const std::array<double, 2> residual = residual_drift();
-  const int grade = damage_class();   // of concrete: what is elastic alone cannot be damaged, which is no finding
+  const Verdict judged = verdict();
   return {{"name", member_.name},
           {"length", member_.length},
           {"axial_preload", member_.axial_preload},
@@ -64,8 +81,9 @@ json MemberTrack::summary() const {
           {"bars_yielded", last_.bars_yielded},
           {"bars_broken", last_.bars_broken},
           {"lost_volume", last_.lost_volume},
-          {"damage_class", concrete ? json(grade) : json()},
-          {"damage_class_name", concrete ? json(names[grade]) : json()}};
+          {"damage_class", concrete ? json(judged.grade) : json()},
+          {"damage_class_name", concrete ? json(judged.name) : json()},
+          {"damage_class_basis", concrete ? json(judged.basis) : json()}};
 }
 
 }  // namespace talus::io

@@ -11,6 +11,7 @@
 ///   0 none
 #pragma once
 #include <nlohmann/json_fwd.hpp>
+#include <string>
 
 #include "sim/frame.hpp"
 
@@ -22,9 +23,13 @@ class MemberTrack {
   /// A history row: the state then, and the greatest loads up to it.
   void add(double time, const MemberState& state, const MemberPeaks& peaks);
   nlohmann::ordered_json summary() const;
+  /// Damage class and what it rests on; of what is elastic alone there is none.
+  struct Verdict { int grade = 0; const char* name = ""; std::string basis; double use_design = 0; };
+  bool has_verdict() const { return member_.shear_design[0] > 0; }
+  Verdict verdict() const;
+  const std::string& name() const { return member_.name; }
 
  private:
-  int damage_class() const;
   bool top_came_off() const;
   std::array<double, 2> residual_drift() const;
 

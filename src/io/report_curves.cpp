@@ -97,7 +97,7 @@ void structure_histories(ReportData& d) {
   }
 }
 
-/// Force against time at each impact: the sum over contacts per coupled step, raw and filtered.
+/// Force against time at each impact: the sum over contacts, its mean over each bin of the filter, and filtered.
 void impacts(ReportData& d) {
   const std::string g = "/history/contacts/structure/";
   const json list = d.summary.value("impacts", json::array());
@@ -115,45 +115,26 @@ void impacts(ReportData& d) {
   for (std::size_t i = 0; i < list.size(); ++i)
     if (list[i].value("kinetic", 0.0) >= 0.01 * most) order.push_back(i);
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return list[a].value("peak_force", 0.0) > list[b].value("peak_force", 0.0); });
-  if (order.size() > 12) order.resize(12);
+  const std::size_t weak = list.size() - order.size(), more = order.size() - std::min<std::size_t>(order.size(), 12);
+  order.resize(order.size() - more);
+  if (weak + more > 0) d.meta["impacts_left_out"] = {{"weak", weak}, {"more", more}};
   std::sort(order.begin(), order.end());
   for (const std::size_t i : order) {
     const json& m = list[i];
     const double start = m["start"], end = m["end"];
-    std::vector<double> t, step;
-    std::vector<Vec3> f;
+    std::vector<ForceRow> rows;
     for (std::size_t k = 0; k < time.size(); ++k) {
       if (time[k] <= start - 1e-12 || time[k] > end + 1e-12) continue;
       if (d.names[static_cast<std::size_t>(block[k])] != m["block"] || structures[static_cast<std::size_t>(structure[k])] != m["structure"]) continue;
-      if (t.empty() || time[k] != t.back()) {
-        t.push_back(time[k]);
-        step.push_back(dt[k]);
-        f.emplace_back(Vec3::Zero());
-      }
-      f.back() += Vec3(force.values[3 * k], force.values[3 * k + 1], force.values[3 * k + 2]);
+      rows.push_back({time[k], dt[k], Vec3(force.values[3 * k], force.values[3 * k + 1], force.values[3 * k + 2])});
     }
-    if (t.empty()) continue;
-    // Equal steps over the contact and a margin, as far as the run went; steps without a row carried no force.
-    std::vector<double> sorted = step;
-    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() / 2), sorted.end());
+    // Filtered before anything is thinned, as the summary does it: the greatest of the curve is the force that it states.
     const double margin = std::max(0.25 * (end - start), 0.005);
-    const double length = std::max(std::min(end + margin, d.time.empty() ? end : d.time.back()), end) - (start - margin);
-    const double h = std::max(sorted[sorted.size() / 2], length / 40000);
-    const auto n = static_cast<std::size_t>(std::ceil(length / h));
-    std::vector<double> x(n), raw(n, 0.0);
-    for (std::size_t k = 0; k < n; ++k) x[k] = start - margin + (static_cast<double>(k) + 0.5) * h;
-    for (std::size_t k = 0; k < t.size(); ++k) {
-      // The mean over each step goes to the samples whose middle lies within; at least one.
-      const double a = t[k] - step[k], b = t[k];
-      auto first = static_cast<std::ptrdiff_t>(std::ceil((a - x[0]) / h - 1e-9)), last = static_cast<std::ptrdiff_t>(std::ceil((b - x[0]) / h - 1e-9));
-      last = std::max(last, first + 1);
-      for (std::ptrdiff_t j = std::max<std::ptrdiff_t>(first, 0); j < std::min<std::ptrdiff_t>(last, static_cast<std::ptrdiff_t>(n)); ++j)
-        raw[static_cast<std::size_t>(j)] = std::max(raw[static_cast<std::size_t>(j)], f[k].norm());
-    }
-    std::vector<double> filtered = low_pass(raw, h, force_cutoff);
-    const double peak = m.contains("filtered_force") ? m["filtered_force"].get<double>() : *std::max_element(filtered.begin(), filtered.end());
-    curves(d, fmt::format("impact_{}", i), fmt::format("Contact force: {} on {}, {:.3f} s", m["block"].get<std::string>(), m["structure"].get<std::string>(), start), "N", x,
-           {{"raw, mean per step", raw}, {fmt::format("low-pass {:.0f} Hz", force_cutoff), filtered}}, 6000,
+    const ForceCurve c = force_curve(rows, margin, margin);
+    if (c.time.empty()) continue;
+    const double peak = m.contains("filtered_force") ? m["filtered_force"].get<double>() : *std::max_element(c.filtered.begin(), c.filtered.end());
+    curves(d, fmt::format("impact_{}", i), fmt::format("Contact force: {} on {}, {:.3f} s", m["block"].get<std::string>(), m["structure"].get<std::string>(), start), "N", c.time,
+           {{fmt::format("mean over {:.1f} ms", 1e3 * force_bin), c.mean}, {fmt::format("low-pass {:.0f} Hz", force_cutoff), c.filtered}}, 6000,
            {{"group", "impact"}, {"impact", i}, {"structure", m["structure"]}, {"block", m["block"]}, {"filtered_peak", peak}});
   }
 }

@@ -92,7 +92,7 @@ void HistoryWriter::add(const sim::HistoryRow& r) {
   per_block(r.kinetic_translational, 1);
   per_block(r.kinetic_rotational, 1);
   for (std::size_t i = 0; i < header_.structures.size(); ++i) {
-    const sim::HistoryRow::StructureRow empty{Vec3::Constant(nan), Vec3::Constant(nan), {}, nan, nan, nan, {}};
+    const sim::HistoryRow::StructureRow empty{.base_force = Vec3::Constant(nan), .base_moment = Vec3::Constant(nan), .probe_displacement = {}, .damage_max = nan, .damaged_volume = nan, .spalled_volume = nan, .members = {}, .peaks = {}};
     add_structure(i < r.structures.size() ? r.structures[i] : empty, header_.structures[i]);
   }
   const sim::LedgerRow& l = r.ledger;

@@ -117,6 +117,7 @@ void SummaryBuilder::add_block(std::size_t i, const HistoryRow& row) {
   b.velocity = row.velocity[i];
   b.spin = row.spin[i];
   b.kinetic = row.kinetic_translational[i] + row.kinetic_rotational[i];
+  b.rotational = row.kinetic_rotational[i];
   b.max_speed = std::max(b.max_speed, b.velocity.norm());
   b.max_spin = std::max(b.max_spin, b.spin.norm());
   b.max_kinetic = std::max(b.max_kinetic, b.kinetic);
@@ -218,6 +219,10 @@ std::vector<std::string> summary_warnings(const std::string& summary_json) {
   return json::parse(summary_json).at("warnings").get<std::vector<std::string>>();
 }
 
+std::vector<std::string> summary_headline(const std::string& summary_json) {
+  return json::parse(summary_json).at("headline").get<std::vector<std::string>>();
+}
+
 void SummaryBuilder::close_step(Open& open) {
   if (open.impact < 0) return;
   Impact& impact = impacts_[static_cast<std::size_t>(open.impact)];
@@ -267,6 +272,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
       impact.velocity = blocks_[ib].born ? blocks_[ib].velocity : Vec3::Zero();
       impact.spin = blocks_[ib].born ? blocks_[ib].spin : Vec3::Zero();
       impact.kinetic = blocks_[ib].kinetic;
+      impact.rotational = blocks_[ib].rotational;
       impacts_.push_back(impact);
       open.time = c.time;
     }
@@ -311,8 +317,9 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const double failed = failed_before_strike(i);
   if (failed >= 0) lines.push_back(fmt::format("{} fails under permanent load at t = {:.3f} s, before any block arrives.", info.name, failed));
   if (first != nullptr) {
-    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {}; {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
-                                engineering(first->kinetic, "J"), count, count == 1 ? "impact" : "impacts"));
+    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {} ({} of translation, {} of rotation); {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
+                                engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"), engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
+    member_lines(i, lines);
     lines.push_back(fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which depends on cells and contact law). Impulse of all contacts {}.",
                                 engineering(worst->filtered_force, "N"), name_of(*worst), force_cutoff, engineering(worst->peak_force, "N"), engineering(s.impulse.norm(), "N s")));
   } else if (info.loaded) {
@@ -320,12 +327,44 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
     lines.push_back(fmt::format("{} under its prescribed load: {} added to the base reaction at most, at {:.3f} s{}.", info.name, engineering(s.loads.force.value, "N"), s.loads.force.time,
                                 most == s.probes.end() ? std::string()
                                                        : fmt::format("; {} moved {} at most", info.probes[static_cast<std::size_t>(most - s.probes.begin())], engineering(most->peak, "m"))));
+    member_lines(i, lines);
     if (!blocks_.empty()) lines.push_back(fmt::format("No block struck {}.", info.name));
   } else {
     lines.push_back(fmt::format("{} was not hit.", info.name));
+    if (s.damage > 0) member_lines(i, lines);
   }
   if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half{}.", s.damage, s.damaged_volume,
                                                 s.spalled_volume > 0 ? fmt::format(", {:.3g} m^3 eroded or come off", s.spalled_volume) : std::string()));
+}
+
+void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines) const {
+  constexpr std::size_t shown = 6;
+  const sim::RunHeader::StructureInfo& info = header_.structures[i];
+  const bool elastic = info.plan.find("elastic, no damage history kept") != std::string::npos;
+  std::vector<std::pair<const MemberTrack*, MemberTrack::Verdict>> members;
+  for (const MemberTrack& m : structures_[i].members)
+    if (m.has_verdict()) members.emplace_back(&m, m.verdict());
+  if (members.empty()) return;
+  std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return std::pair(a.second.grade, a.second.use_design) > std::pair(b.second.grade, b.second.use_design); });
+  const auto whole = [&](const MemberTrack& m) { return m.name() == info.name ? info.name : info.name + ", " + m.name(); };
+  if (elastic) {
+    const auto most = std::max_element(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.second.use_design < b.second.use_design; });
+    lines.push_back(fmt::format("{}: V_dyn/V_Rd = {:.2f} at most (shear against its design resistance, EN 1992-1-1 6.2). It is elastic in this run: what breaks was not computed.", whole(*most->first), most->second.use_design));
+    return;
+  }
+  const auto& [worst, verdict] = members.front();
+  lines.push_back(fmt::format("{}: damage class {} of 4, {} ({}). Shear V_dyn/V_Rd = {:.2f} at most (design resistance, EN 1992-1-1 6.2).", whole(*worst), verdict.grade,
+                              verdict.grade == 0 ? "no damage" : verdict.name, verdict.basis, verdict.use_design));
+  if (members.size() < 2) return;
+  std::string others;
+  std::size_t told = 0;
+  for (std::size_t k = 1; k < members.size() && told < shown && members[k].second.grade > 0; ++k, ++told)
+    others += fmt::format("{}{} {} {} (V_dyn/V_Rd {:.2f})", others.empty() ? "" : ", ", members[k].first->name(), members[k].second.grade, members[k].second.name, members[k].second.use_design);
+  if (const std::size_t rest = members.size() - 1 - told; rest > 0) {
+    const auto& next = members[1 + told].second;
+    others += fmt::format("{}{} {} class {}{}", others.empty() ? "" : ", ", rest, others.empty() ? "members of" : "more of", next.grade, next.grade > 0 ? " or less" : "");
+  }
+  lines.push_back(fmt::format("Other members of {}: {}.", info.name, others));
 }
 
 /// Slower than a hundredth of what a fall from its own size gives, and not about to get faster: a block that was let go a moment ago is slow too.

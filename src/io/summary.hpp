@@ -41,7 +41,7 @@ struct Impact {
   double start = 0, end = 0;             // [s]
   Vec3 velocity = Vec3::Zero();          // of the block in the last history row before it [m/s]
   Vec3 spin = Vec3::Zero();              // [rad/s]
-  double kinetic = 0;                    // of the block then [J]
+  double kinetic = 0, rotational = 0;    // of the block then, and what of it is of its rotation [J]
   Vec3 point = Vec3::Zero();             // centre of the contact forces, weighted by |F| dt [m]
   Vec3 normal = Vec3::Zero();            // of the contacts, weighted by |F| dt [N s]
   Vec3 impulse = Vec3::Zero();           // on the structure [N s]
@@ -73,7 +73,7 @@ class SummaryBuilder {
     Vec3 start, end, velocity, spin;
     double acceleration = 0;  // between the last two rows [m/s^2]
     bool born = false;
-    double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, max_spin = 0;
+    double birth = 0, path = 0, max_speed = 0, max_kinetic = 0, kinetic = 0, rotational = 0, max_spin = 0;
     double time = 0;          // of the last row that counts [s]
     bool left = false;        // the model
   };
@@ -96,6 +96,8 @@ class SummaryBuilder {
   /// The sentences that stand on top of the report.
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
+  void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   bool moves(std::size_t block) const;
   bool struck(std::size_t block) const;
@@ -138,5 +140,7 @@ class SummaryBuilder {
 
 /// What a summary.json warns of, a sentence each.
 std::vector<std::string> summary_warnings(const std::string& summary_json);
+/// The sentences that it begins with.
+std::vector<std::string> summary_headline(const std::string& summary_json);
 
 }  // namespace talus::io

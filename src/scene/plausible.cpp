@@ -79,6 +79,72 @@ void warn_of_unusual_bars(const View& rule, const StructureSpec& spec) {
     rule.problem("cover", fmt::format("puts the bars deep within the section, of {:.4g} m: in bending they do little", side), "check the unit: concrete outside of bars is some 30 to 100 mm", warning);
 }
 
+/// Measures of structures beyond anything that is built: a number of millimetres or centimetres that was read as metres.
+struct Built {
+  const char* key;
+  double most;              // beyond it nothing is built [m]
+  const char* what;
+};
+constexpr Built of_structure[] = {
+    {"height", 1000, "no column is that high"},
+    {"section", 100, "no column is that thick"},
+    {"section_size", 100, "no column is that thick"},
+    {"diameter", 100, "no column is that thick"},
+    {"wall_thickness", 20, "no wall of a hollow pier is that thick"},
+    {"size", 3000, "no structure is that large"},
+    {"pier_height", 1000, "no pier is that high"},
+    {"pier_width", 100, "no pier is that wide"},
+    {"pier_depth", 100, "no pier is that thick"},
+    {"pier_diameter", 100, "no pier is that thick"},
+    {"pier_spacing", 300, "no piers of one bent stand that far apart"},
+    {"span_length", 3000, "no bridge spans that far"},
+    {"cap_height", 100, "no cap beam is that deep"},
+    {"cap_width", 100, "no cap beam is that wide"},
+    {"cap_length", 300, "no cap beam is that long"},
+    {"deck_width", 200, "no deck is that wide"},
+    {"deck_depth", 100, "no deck is that deep"},
+    {"slab_thickness", 20, "no deck slab is that thick"},
+    {"bottom_slab", 20, "no deck slab is that thick"},
+    {"girder_width", 50, "no girder is that wide"},
+    {"bearing_height", 20, "no bearing is that high"},
+    {"bearing_seat", 50, "no seat is that long"},
+};
+
+void refuse_what_nobody_builds(const View& view, const StructureSpec& spec) {
+  for (const Built& b : of_structure) {
+    const Node* node = view.get(b.key);
+    if (!node) continue;
+    std::vector<double> values;
+    bool bare = true;
+    std::string why;
+    const auto take = [&](const Node& item) {
+      if (const auto v = quantity_of(item, dimension::length, why)) values.push_back(*v);
+      bare = bare && item.is_number();
+    };
+    if (node->kind == Node::Kind::array) for (const Node& item : node->items) take(item);
+    else take(*node);
+    const double most = values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+    if (!(most > b.most)) continue;
+    view.problem(b.key, fmt::format("{}: {:.6g} m", b.what, most),
+                 bare ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", most) : std::string("check the number and its unit"));
+  }
+  if ((spec.kind == "box" || spec.kind == "column") && spec.cell_size > spec.size.maxCoeff() && spec.size.minCoeff() > 0 && view.get("cell_size"))
+    view.problem("cell_size", fmt::format("is larger than the structure, of {:.4g} x {:.4g} x {:.4g} m", spec.size.x(), spec.size.y(), spec.size.z()),
+                 view.get("cell_size")->is_number() ? fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", spec.cell_size) : std::string("check its unit; some four to eight cells across the smallest section"), warning);
+}
+
+/// Longitudinal bars lie within the stirrups where both have one cover; with less of it they run through them.
+void warn_of_bars_through_stirrups(const std::vector<View>& rules) {
+  for (const View& bars : rules)
+    for (const View& ties : rules) {
+      if (bars.text("kind") != "longitudinal" || ties.text("kind") != "stirrups" || bars.text("part") != ties.text("part")) continue;
+      const auto inner = bars.maybe("cover"), outer = ties.maybe("cover");
+      if (!inner || !outer || *inner > *outer - 1e-6) continue;
+      bars.problem("cover", fmt::format("is less than that of the stirrups, {:.4g} m: the bars would run through them", *outer), "give both the same: cover is the concrete outside of the stirrups", warning);
+      break;
+    }
+}
+
 /// Angles without a unit: a whole number is hardly one of radians; of others the plan tells the degrees.
 void warn_of_bare_angles(const Node& table, const std::string& path, const Reading& in) {
   for (const Node::Entry& entry : table.entries) {
@@ -116,8 +182,11 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   if (const auto mass = root.table("rock_mass"))
     for (const View& view : mass->tables("joint_set")) warn_of_unusual(view, of_joint);
   const std::vector<View> structures = root.tables("structure");
-  for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i)
+  for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i) {
+    refuse_what_nobody_builds(structures[i], in.scene.structures[i]);
+    warn_of_bars_through_stirrups(structures[i].tables("rebar"));
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
+  }
   if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
   if (const auto simulation = root.table("simulation"); simulation && simulation->get("gravity") && in.scene.simulation.gravity.z() > 0)
     simulation->problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);

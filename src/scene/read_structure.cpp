@@ -247,7 +247,12 @@ void read_structures(Reading& in, const View& root) {
     if (spec.supports.empty() && spec.gravity_preload && in.scene.simulation.gravity.norm() > 0 && view.has("support") && view.get("support"))
       view.problem("preload", "a structure without support has no state at rest under gravity", "write preload = \"none\", or add a support");
     std::map<std::string, int> probes;
-    for (const View& at : view.tables("probe")) spec.probes.push_back({in.name(at, "name", "", probes), at.vector("at")});
+    for (const View& at : view.tables("probe")) {
+      if (at.has("at") && at.has("offset")) at.problem("offset", "at gives the point already", "keep one of them");
+      else if (at.has("offset") && !placed) at.problem("offset", "a mesh without position has no point to count from", "give at, in scene coordinates");
+      else if (!at.has("offset")) at.missing("at", "or offset, from the structure's base or position");
+      spec.probes.push_back({in.name(at, "name", "", probes), at.has("offset") ? Vec3(spec.position + spec.rotation * at.vector("offset")) : at.vector("at")});
+    }
     for (const View& at : view.tables("load")) {
       StructureSpec::Load load;
       if (const auto region = at.table("region")) load.region = read_region(*region);

@@ -49,7 +49,8 @@ void Builder::check_buried(std::size_t i) {
   const double above = env_.terrain->height(c.x(), c.y());
   if (model_.blocks[i].ndof() == 0 || terrain_->surface.two_sided || !(c.z() < above)) return;
   problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
-          fmt::format("its centroid lies {:.6g} m below the terrain, which is solid", above - c.z()), "raise it above the terrain, or set site.two_sided for a sheet that has nothing below");
+          fmt::format("its centroid lies {:.6g} m below the terrain, which is solid and stands at z = {:.6g} there", above - c.z(), above),
+          fmt::format("raise it to about z = {:.6g}, and from there by what talus check tells; or set site.two_sided for a sheet that has nothing below", above + model_.blocks[i].shape->radius));
 }
 
 void Builder::check_ground() {

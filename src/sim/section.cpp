@@ -64,7 +64,7 @@ void describe_section(const StructureSpec& spec, const Structure& structure, Run
     const double h = spec.size[k], w = spec.size[3 - k - static_cast<int>(along == k ? (k + 1) % 3 : along)];
     info.effective_depth[k] = 0.9 * h;
     if (from_layers(spec, layers, k, info) || !bars || k == along) continue;
-    const double d = h - bars->cover - bars->diameter / 2;
+    const double d = h - bars->cover - (stirrups ? stirrups->diameter : 0) - bars->diameter / 2;   // the cover is that of the stirrups
     if (!(d > 0)) continue;
     info.effective_depth[k] = d;
     const double far_side = bars->bars * w / (2 * (w + h)) * area(bars->diameter);

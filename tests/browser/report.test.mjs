@@ -131,6 +131,29 @@ const tests = {
       await page.waitForTimeout(400);
       await shot(page, "bars");
 
+      // The wheel scrolls the page until the view is chosen; then it goes to what is under the pointer, whatever lies behind or before the point turned about.
+      await page.evaluate(() => { document.activeElement.blur(); document.getElementById("playback").scrollIntoView({ behavior: "instant" }); window.talus.setTime(3); window.talus.preset("overview", true); });
+      await page.waitForTimeout(800);
+      const [bx, by] = await page.evaluate(() => window.talus.onScreen(0)), away = await page.evaluate(() => window.talus.distance(0));
+      await page.mouse.move(bx, by);
+      const scrolled = await page.evaluate(() => scrollY);
+      await page.evaluate(() => { const hint = document.getElementById("zoom-hint"); new MutationObserver(() => { window.hinted = window.hinted || !hint.hidden; }).observe(hint, { attributes: true }); });
+      await page.mouse.wheel(0, 120);
+      await page.waitForFunction((y) => scrollY > y, scrolled);
+      assert.ok(Math.abs((await page.evaluate(() => window.talus.distance(0))) / away - 1) < 1e-9, "a page that scrolls does not zoom");
+      assert.equal(await page.evaluate(() => window.hinted), true, "it is told how to zoom");   // it goes again while a slow machine draws
+      await page.evaluate((y) => scrollTo({ top: y, behavior: "instant" }), scrolled);
+      await page.evaluate(() => document.getElementById("view").focus({ preventScroll: true }));
+      for (let k = 0; k < 15; k++) await page.mouse.wheel(0, -100);
+      await page.waitForFunction((d) => window.talus.distance(0) < 0.15 * d, away);
+      const near = await page.evaluate(() => window.talus.distance(0)), [nx, ny] = await page.evaluate(() => window.talus.onScreen(0));
+      assert.ok(near < 0.15 * away, `15 notches: from ${away} to ${near} m`);
+      assert.ok(Math.hypot(nx - bx, ny - by) < 60, `it stays under the pointer: ${[bx, by]} to ${[nx, ny]}`);
+      assert.equal(await page.evaluate(() => scrollY), scrolled, "the page does not scroll while the view zooms");
+      await shot(page, "zoomed");
+      for (let k = 0; k < 15; k++) await page.mouse.wheel(0, 100);
+      await page.waitForFunction((d) => window.talus.distance(0) > 0.5 * d, away);   // and back
+
       const [download] = await Promise.all([page.waitForEvent("download"), page.keyboard.press("p")]);
       const png = fs.readFileSync(await download.path());
       assert.equal(png.subarray(1, 4).toString(), "PNG");

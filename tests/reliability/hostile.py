@@ -108,7 +108,7 @@ CASES = {
     "grid-too-many-values": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 5 6\n7 8 9\n10 11 12\n")}, ["g.asc"]),
     "grid-words": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 five 6\n7 8 9\n")}, ["g.asc"]),
     "grid-gigantic": (HEAD + site("g.asc") + BODY, {"g.asc": grid(ncols=2000000000, nrows=2000000000)}, ["g.asc"]),
-    "block-under-terrain": (HEAD + site("g.asc") + block(position="[5, 5, -2]"), {"g.asc": grid()}, ["block.B.position", "below the terrain"]),
+    "block-under-terrain": (HEAD + site("g.asc") + block(position="[5, 5, -2]"), {"g.asc": grid()}, ["block.B.position", "below the terrain, which is solid and stands at z = ", "raise it to about z = "]),
     "grid-all-nodata": (HEAD + site("g.asc") + BODY, {"g.asc": grid("-9999 " * 9)}, ["g.asc", "NODATA"]),
     "grid-one-row": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n", nrows=1)}, ["g.asc"]),
     "tif-of-nothing": (HEAD + site("g.tif") + BODY, {"g.tif": b"II*\0" + b"\xff" * 60}, ["g.tif"]),

@@ -52,6 +52,29 @@ TEST(Formulas, PunchingByHand) {
   EXPECT_NEAR(value(evaluate(in), "en1992-punching"), 0.24 * 0.88 * 20e6 * 3.14159265 * 0.05 * 0.45, 200);
 }
 
+/// The control perimeter ends at the edges of the member, and of what is no slab there is none.
+TEST(Formulas, PunchingKeepsWithinTheMember) {
+  Inputs in(1000, 20, 0.8);
+  in.set("effective_depth", 0.4);
+  in.set("load_diameter", 0.4);
+  const double whole = value(evaluate(in), "en1992-punching");   // 2 m across
+  in.set("width", 2.001), in.set("width_across", 2.001);
+  EXPECT_EQ(value(evaluate(in), "en1992-punching"), whole);
+  // As wide as 5d and no slab's edge within reach.
+  in.set("load_diameter", 0.8);
+  const double wide = [&] { Inputs free = in; free.set("width", 1000.0), free.set("width_across", 1000.0); return value(evaluate(free), "en1992-punching"); }();
+  in.set("width_across", 1000.0);
+  // r = 1.2 m, half width 1.0005 m: of each quadrant asin(1.0005 / 1.2) of pi / 2 lies within.
+  EXPECT_NEAR(value(evaluate(in), "en1992-punching") / wide, std::asin(1.0005 / 1.2) / (3.14159265358979 / 2), 1e-9);
+  in.set("width", 1.9);
+  for (const Result& r : evaluate(in)) {
+    if (r.id != "en1992-punching") continue;
+    EXPECT_TRUE(std::isnan(r.value));
+    EXPECT_NE(r.note.find("not applicable: the control perimeter at 2d, 2.4 m across, is wider than the member (1.9 m)"), std::string::npos) << r.note;
+  }
+  EXPECT_EQ(table(in, evaluate(in)).find("nan"), std::string::npos);
+}
+
 TEST(Formulas, EveryResultSaysWhatItIs) {
   const Inputs in(5000, 25);
   std::set<std::string> ids;

@@ -206,7 +206,9 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
     s.predict_condensed(t, H);
     ASSERT_TRUE(s.correct_condensed(t, H, impulses)) << i;
     EXPECT_GT(s.energy().algorithmic, taken) << i;
-    if (i > 0) EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-6 * s.energy().elastic)) << i;
+    if (i > 0) {
+      EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-6 * s.energy().elastic)) << i;
+    }
     kinetic = s.energy().kinetic;
   }
 }

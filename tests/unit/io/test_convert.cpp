@@ -53,7 +53,7 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   io::convert(results + "#/history/blocks", out);
   const auto rows = cells(io::read_file(out));
   ASSERT_EQ(rows.size(), 162u);
-  ASSERT_EQ(rows[0].size(), 1 + 3 * (3 + 3 + 3 + 4 + 6 + 2));
+  ASSERT_EQ(rows[0].size(), 1 + 3 * (3 + 3 + 3 + 4 + 6 + 2 + 1));   // the last: heights over the ground
   EXPECT_EQ(rows[0][0], "time [s]");
   const auto column = [&](const std::string& name) {
     return static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), name) - rows[0].begin());
@@ -63,6 +63,13 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
   ASSERT_LT(y, rows[0].size());
   for (std::size_t k = 0; k < 161; k += 20) EXPECT_EQ(std::stod(rows[k + 1][y]), position.values[(k * 3 + 1) * 3 + 1]);
   EXPECT_LT(column("B1.orientation.w"), rows[0].size());
+  // The boulder hops by up to 4.5 m with its centroid 1.6 m over the ground, but for the coarse triangles of this terrain.
+  const std::size_t height = column("B1.height_over_ground [m]");
+  ASSERT_LT(height, rows[0].size());
+  double greatest = 0;
+  for (std::size_t k = 1; k < rows.size(); ++k) greatest = std::max(greatest, std::stod(rows[k][height]));
+  EXPECT_NEAR(greatest, 1.6 + 4.5, 3.5);
+  EXPECT_EQ(rows[1][column("P2-fragment-1.height_over_ground [m]")], "");
   EXPECT_LT(column("B1.strain.g_yz"), rows[0].size());
   EXPECT_EQ(rows[1][column("P2-fragment-1.position.x [m]")], "");   // not born yet
   EXPECT_NE(rows[161][column("P2-fragment-1.position.x [m]")], "");

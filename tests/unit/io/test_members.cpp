@@ -6,6 +6,7 @@
 
 #include "io/member_track.hpp"
 #include "io/records.hpp"
+#include "io/summary.hpp"
 
 namespace talus::io {
 namespace {
@@ -105,6 +106,64 @@ TEST(MemberTrack, ClassesInTheirOrder) {
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.drift = {0.2, 0}; }), 3);
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.drift = {0, 0.6}; }), 4);
   EXPECT_EQ(grade([](MemberState& s, MemberPeaks&) { s.lost_volume = 3; }), 4);
+}
+
+TEST(MemberTrack, TellsWhatAClassRestsOn) {
+  const auto basis = [](auto change) {
+    MemberTrack track(pier());
+    track.add(0, state(0, 0, 0), {});
+    MemberState s = state(0, 0, 0);
+    MemberPeaks p;
+    change(s, p);
+    track.add(1, s, p);
+    EXPECT_EQ(track.summary()["damage_class_basis"].template get<std::string>(), track.verdict().basis);
+    return track.verdict().basis;
+  };
+  EXPECT_EQ(basis([](MemberState&, MemberPeaks&) {}), "no crack above 0.1 mm, no bar yields");
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.2, 0.8, 0.5e-3), s.bars_yielded = 1; }), "1 bar yielded, a crack of 0.5 mm, V_dyn above the design V_Rd");
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.6, 1.1, 2e-3), s.bars_broken = 3, s.lost_volume = 5; }), "20 % of its volume gone");   // the highest class alone
+}
+
+/// How bad it is stands on top: the class and the shear of every member, the worst first.
+TEST(Headline, JudgesEveryMember) {
+  sim::RunHeader header;
+  header.blocks.resize(1);
+  header.blocks[0].name = "B1";
+  header.structures.resize(1);
+  header.structures[0].name = "V";
+  const auto lines = [&](std::vector<std::pair<const char*, MemberPeaks>> members, const char* plan = "") {
+    header.structures[0].members.clear();
+    header.structures[0].plan = plan;
+    sim::HistoryRow row;
+    row.position = {Vec3::Zero()}, row.velocity = {Vec3::UnitX()}, row.spin = {Vec3::Zero()};
+    row.kinetic_translational = {1e6}, row.kinetic_rotational = {0};
+    row.structures.resize(1);
+    for (const auto& [name, p] : members) {
+      header.structures[0].members.push_back(pier());
+      header.structures[0].members.back().name = name;
+      row.structures[0].members.push_back(state(0, 0, 0));
+      row.structures[0].peaks.members.push_back(p);
+    }
+    SummaryBuilder builder(header);
+    builder.add(row);
+    sim::ContactRow contact;
+    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(1e6, 0, 0), contact.normal = Vec3::UnitX(), contact.structure = 0, contact.block = 0;
+    builder.add({&contact, 1});
+    const std::string text = builder.text(nullptr);
+    std::string all;
+    for (const std::string& line : summary_headline(text)) all += line + "\n";
+    return all;
+  };
+  const std::string several = lines({{"P1", peaks(0.3, 0.2, 0.2e-3)}, {"P2", peaks(1.62, 1.1, 2e-3)}, {"P3", peaks(0.1, 0.1, 0)}});
+  EXPECT_NE(several.find("V, P2: damage class 3 of 4, severe (V_dyn above V_Rd with mean strengths). Shear V_dyn/V_Rd = 1.62 at most"), std::string::npos) << several;
+  EXPECT_NE(several.find("Other members of V: P1 1 slight (V_dyn/V_Rd 0.30), 1 more of class 0."), std::string::npos) << several;
+  const std::string one = lines({{"V", peaks(0.3, 0.2, 0)}});
+  EXPECT_NE(one.find("V: damage class 0 of 4, no damage"), std::string::npos) << one;
+  EXPECT_EQ(one.find("Other members"), std::string::npos) << one;
+  // Of what is elastic a class would be none, whatever happens to it.
+  const std::string elastic = lines({{"V", peaks(0.9, 0.7, 0)}}, "V: elastic, no damage history kept");
+  EXPECT_EQ(elastic.find("damage class"), std::string::npos) << elastic;
+  EXPECT_NE(elastic.find("V: V_dyn/V_Rd = 0.90 at most"), std::string::npos) << elastic;
 }
 
 TEST(Records, MembersComeThroughUnchanged) {

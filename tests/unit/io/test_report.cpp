@@ -1,10 +1,13 @@
 #include <gtest/gtest.h>
 
+#include <cstring>
+#include <nlohmann/json.hpp>
 #include <numbers>
 
 #include "core/error.hpp"
 #include "io/files.hpp"
 #include "io/report.hpp"
+#include "io/report_data.hpp"
 #include "io/report_parts.hpp"
 #include "scratch.hpp"
 #include "synthetic.hpp"
@@ -125,6 +128,114 @@ TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
   EXPECT_EQ(page.find("<script src"), std::string::npos);
   EXPECT_EQ(page.find("<link rel=\"stylesheet"), std::string::npos);
   EXPECT_NE(page.find("\\u003cimg src=x"), std::string::npos);
+}
+
+/// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and impulse are of one force.
+TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  run.end = 5.2;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  Vec3 impulse = Vec3::Zero();
+  {
+    io::Recorder recorder(options, run.header());
+    for (int k = 0; k < run.rows(); ++k) {
+      const double t = k * run.history_interval, before = t - run.history_interval;
+      std::vector<sim::ContactRow> rows;
+      double at = run.impact;
+      for (int i = 0; at < run.impact + 0.02; ++i) {
+        sim::ContactRow r;
+        const bool needle = i % 3 == 2;
+        r.dt = needle ? 4e-6 : 3.1e-4;
+        r.time = at += r.dt;
+        r.force = Vec3(needle ? 5e7 : 1e6, 0, 0);
+        r.normal = Vec3(-1, 0, 0);
+        r.point = run.base() + Vec3(-1, 0, 3.4);
+        if (r.time > before && r.time <= t) rows.push_back(r), impulse += r.force * r.dt;
+      }
+      if (k > 0) recorder.contacts(rows);
+      recorder.history(run.row(t, run.present(0)));
+    }
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_curves(data);
+  const auto curve = [&](const char* name) {
+    const auto& entry = data.blob.index().at(name);
+    const std::size_t n = entry.at("dims")[0], size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
+    std::vector<double> v(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const char* from = data.blob.bytes().data() + entry.at("offset").get<std::size_t>() + i * size;
+      float narrow = 0;
+      if (size == sizeof(double)) std::memcpy(&v[i], from, size);
+      else std::memcpy(&narrow, from, size), v[i] = narrow;
+    }
+    return v;
+  };
+  const double stated = data.summary.at("impacts")[0].at("filtered_force");
+  const auto time = curve("impact_0_time"), mean = curve("impact_0_0"), filtered = curve("impact_0_1");
+  EXPECT_NEAR(*std::max_element(filtered.begin(), filtered.end()) / stated, 1, 1e-6);
+  double plotted = 0;
+  for (std::size_t i = 1; i < time.size(); ++i) plotted += 0.5 * (time[i] - time[i - 1]) * (mean[i] + mean[i - 1]);
+  EXPECT_NEAR(plotted / impulse.norm(), 1, 1e-3);
+  EXPECT_NEAR(data.summary.at("impacts")[0].at("impulse")[0].get<double>() / impulse.norm(), 1, 1e-9);
+}
+
+/// A piece of a bar at an open crack does not take the colours from all others; its strain is told beside them.
+TEST(Report, ColoursOfBarsReachToWhereMostOfThemLie) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.bars = true;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    recorder.history(run.row(0, run.blocks));
+    Structure::Snapshot s = run.snapshot(0);
+    for (std::size_t i = 0; i < s.bar_strain.size(); ++i) s.bar_strain[i] = 1e-5F * static_cast<float>(i + 1);
+    s.bar_strain[7] = -0.421F;
+    recorder.field(0, run.poses(0, run.blocks), {&s, 1});
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_structures(data);
+  const auto& bars = data.meta.at("structures")[0].at("bars");
+  EXPECT_NEAR(bars.at("strain_greatest").get<double>(), 0.421, 1e-6);
+  EXPECT_NEAR(bars.at("strain_max").get<double>(), 0.00421, 1e-6);   // the 95th of a hundred is below a hundredth of the greatest
+}
+
+TEST(Report, SaysHowManyImpactsItDoesNotPlot) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    for (int k = 0; k < 4; ++k) {
+      sim::HistoryRow row = run.row(k, run.blocks);
+      for (double& e : row.kinetic_translational) e = k == 2 ? 10 : 1e6;   // the third blow is a touch
+      for (double& e : row.kinetic_rotational) e = 0;
+      sim::ContactRow c;
+      c.time = k + 0.5, c.dt = 1e-3, c.force = Vec3(1e6, 0, 0), c.normal = Vec3::UnitX();
+      recorder.history(row);
+      if (k < 3) recorder.contacts({&c, 1});
+    }
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_curves(data);
+  EXPECT_EQ(data.summary.at("impacts").size(), 3u);
+  EXPECT_EQ(data.meta.at("impacts_left_out").at("weak"), 1);
+  EXPECT_EQ(data.meta.at("impacts_left_out").at("more"), 0);
 }
 
 TEST(Report, NeedsResults) {

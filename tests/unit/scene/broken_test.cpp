@@ -72,6 +72,11 @@ const Broken list[] = {
     {"normal = [0.0, 0.0, 2.0]", "dip_direction = \"90 deg\"\ndip = \"95 deg\"", "plane.0.dip", "must be at least 0 deg and at most 90 deg"},
     {"normal = [0.0, 0.0, 2.0]", "dip_direction = \"90 deg\"\ndip = 29", "plane.0.dip", "a bare number is in radians"},
     {"rebar = \"bars.csv\"", "rebar = [{ kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 m\" }]", "structure.P2.rebar.0.spacing", "is longer than the member (12 m)"},
+    {"height = \"12 m\"", "height = 12000", "structure.P2.height", "no column is that high: 12000 m; a bare number is in m: did you mean \"12000 mm\"?"},
+    {"height = \"12 m\"", "height = \"12 km\"", "structure.P2.height", "no column is that high: 12000 m; check the number and its unit"},
+    {"section = [2.0, 2.0]", "section = [1200, 400]", "structure.P2.section", "no column is that thick: 1200 m; a bare number is in m: did you mean \"1200 mm\"?"},
+    {"at = [20.0, 0.0, 12.0]", "", "structure.P2.probe.top.at", "or offset, from the structure's base or position"},
+    {"at = [20.0, 0.0, 12.0]", "at = [20.0, 0.0, 12.0]\noffset = [0, 0, 12]", "structure.P2.probe.top.offset", "at gives the point already"},
     // materials
     {"density = \"2.5 t/m^3\"", "density = -2500", "material.rock.density", "must be > 0 kg/m^3"},
     {"density = \"2.5 t/m^3\"", "density = \"2.5 kg\"", "material.rock.density", "must be a density in kg/m^3, e.g. 2500 or \"2.5 t/m^3\": this one is in kg"},

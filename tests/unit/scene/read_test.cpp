@@ -108,8 +108,26 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   EXPECT_EQ(warnings(changed(full, bars, rule)).find("rebar"), std::string::npos);
   expect(bars, changed(rule, "150 mm", "3 m"), "wider than the section's least side (2 m)");
   expect(bars, changed(rule, "40 mm", "60 cm"), "puts the bars deep within the section, of 2 m");
+  const auto both = [](const char* bars_cover) {
+    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+  };
+  expect(bars, both("28 mm"), "structure.P2.rebar.0.cover = \"28 mm\": is less than that of the stirrups, 0.04 m");
+  EXPECT_EQ(warnings(changed(full, bars, both("40 mm"))).find("stirrups"), std::string::npos);
+  expect("cell_size = \"0.25 m\"", "cell_size = 250", "is larger than the structure, of 2 x 2 x 12 m; a bare number is in m: did you mean \"250 mm\"?");
   const Scene s = read_scene_text(changed(full, "dip = \"29 deg\" }", "dip = 0.6 }"), place.scene());
   EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("block.B1.orientation.dip = 0.6, a bare number in radians: 34.38 deg.") == 0; }));
+}
+
+/// A probe that is given from the base moves and turns with its structure.
+TEST(ReadScene, ProbesMayBeGivenFromTheBase) {
+  const Place place;
+  const auto probe = [&](const std::string& base) {
+    std::string text = changed(changed(full, "at = [20.0, 0.0, 12.0]", "offset = [0.5, 0, \"12 m\"]"), "base = [20.0, 0.0, 0.0]", base);
+    return read_scene_text(text, place.scene()).structures.at(0).probes.at(0).at;
+  };
+  EXPECT_LT((probe("base = [20.0, 0.0, 0.0]") - Vec3(20.5, 0, 12)).norm(), 1e-12);
+  EXPECT_LT((probe("base = [-7.0, 3.0, 2.0]") - Vec3(-6.5, 3, 14)).norm(), 1e-12);
+  EXPECT_LT((probe("base = [0, 0, 0]\norientation = { rotation_vector = [0, 0, \"90 deg\"] }") - Vec3(0, 0.5, 12)).norm(), 1e-12);
 }
 
 /// Where a problem that shows when the world is built stands in the file.
