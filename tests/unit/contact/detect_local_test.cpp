@@ -400,5 +400,21 @@ TEST(ConcaveContact, EdgesOnTheFarSidesOfNeighboursDoNotCross) {
   for (const auto& p : c) EXPECT_GT(p.gap, -1e-9);
 }
 
+TEST(ConcaveContact, LeaningKnifeCrossesAnEdgeWithNeitherOnesPointInTheOther) {
+  // Along z an edge of the L, across it the edge of a knife that leans by 40 degrees: what of the one is straight below the other is not inside it.
+  const Vec3 out = Vec3(-1, -1, 0).normalized(), up = Vec3::UnitZ();
+  for (const double lean : {-1.0, 1.0}) {
+    const Polyhedron knife = prism({{0, 0}, {1.0, 1.0}, {0.6, 1.0}}, {{0, 1, 2}}, -1, 1);
+    Mat3 R;
+    R.col(0) = lean * up, R.col(1) = out, R.col(2) = R.col(0).cross(R.col(1));
+    for (const double overlap : {1e-6, 1e-4, 1e-2}) {
+      const auto contacts = between(ell, {Vec3::Zero()}, knife, {Vec3(0, 0, 0.5) - overlap * out, R}, 1e-7);
+      ASSERT_EQ(contacts.size(), 1u) << "overlap " << overlap;
+      EXPECT_NEAR(contacts[0].gap, -overlap, 1e-12);
+      EXPECT_NEAR((contacts[0].normal - out).norm(), 0, 1e-12);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace talus::contact::testing
