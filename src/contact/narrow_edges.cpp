@@ -32,7 +32,7 @@ bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Ve
   const double ya = beside({ta.dot(a.into_left), -n.dot(a.into_left)}, {ta.dot(a.into_right), -n.dot(a.into_right)}, half);
   const double yb = beside({tb.dot(b.into_left), n.dot(b.into_left)}, {tb.dot(b.into_right), n.dot(b.into_right)}, half);
   const Vec3 x = 0.5 * (at_a + at_b) + ya / ta.dot(db) * db + yb / tb.dot(da) * da;   // along the one edge, beside the other
-  return x.allFinite() && !outside(s.A, x, s.touch) && !outside(s.B, x, s.touch);
+  return x.allFinite() && !outside(s.A, *s.whole_a, x, s.touch) && !outside(s.B, *s.whole_b, x, s.touch);
 }
 
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) { return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any(); }
@@ -82,7 +82,7 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it: if they are, two closed bodies share a
       // point between them. Those of a skin that bends need not.
       if (gap < -16 * s.touch && ((c.b - c.a).squaredNorm() > reach * reach ||
-                                  (s.closed && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch)) && !share(s, a, b, across, c.a, c.b)))) continue;
+                                  (s.closed() && (outside(s.A, *s.whole_a, c.b, s.touch) || outside(s.B, *s.whole_b, c.a, s.touch)) && !share(s, a, b, across, c.a, c.b)))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);
