@@ -17,6 +17,24 @@ void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std:
   }
 }
 
+/// How far beside an edge its body is, at a depth below it: 0 straight below, where the body is there. `left`, `right`: from the edge into its faces, across it; down: positive.
+double beside(const Eigen::Vector2d& left, const Eigen::Vector2d& right, double depth) {
+  if (left[0] * right[0] <= 0) return 0;
+  const auto at = [&](const Eigen::Vector2d& ray) { return ray[1] > 0 ? depth * ray[0] / ray[1] : std::copysign(std::numeric_limits<double>::infinity(), ray[0]); };
+  const double l = at(left), r = at(right), near = std::abs(l) < std::abs(r) ? l : r, far = l + r - near;
+  return std::abs(far) > 2 * std::abs(near) ? 1.5 * near : 0.5 * (near + far);
+}
+
+/// Of edges crossed along n, out of A: true if a point midway between them is in both bodies. Sharp ones that lean have none straight between.
+bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Vec3& n, const Vec3& at_a, const Vec3& at_b) {
+  const Vec3 da = (a.b - a.a).normalized(), db = (b.b - b.a).normalized(), ta = n.cross(da), tb = n.cross(db);
+  const double half = 0.5 * n.dot(at_a - at_b);
+  const double ya = beside({ta.dot(a.into_left), -n.dot(a.into_left)}, {ta.dot(a.into_right), -n.dot(a.into_right)}, half);
+  const double yb = beside({tb.dot(b.into_left), n.dot(b.into_left)}, {tb.dot(b.into_right), n.dot(b.into_right)}, half);
+  const Vec3 x = 0.5 * (at_a + at_b) + ya / ta.dot(db) * db + yb / tb.dot(da) * da;   // along the one edge, beside the other
+  return x.allFinite() && !outside(s.A, *s.whole_a, x, s.touch) && !outside(s.B, *s.whole_b, x, s.touch);
+}
+
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) { return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any(); }
 
 }  // namespace
@@ -51,6 +69,7 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
       if (c.s <= end_a || c.s >= 1 - end_a || c.t <= end_b || c.t >= 1 - end_b) continue;
       const double al = n.dot(a.into_left), ar = n.dot(a.into_right), bl = -n.dot(b.into_left), br = -n.dot(b.into_right);
       if (std::max({al, ar, bl, br}) > lean) continue;
+      const Vec3 across = n;
       ContactPoint p;
       // Nearly parallel faces: outside the arc the face itself gives the normal.
       p.face_a = p.face_b = -1;
@@ -60,9 +79,10 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
         n = -(bl >= br ? b.left : b.right);
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it: if they are, neither of two closed
-      // bodies has the other's point outside. A skin that bends has.
-      if (gap < -16 * s.touch && ((c.b - c.a).squaredNorm() > reach * reach || (s.closed && (outside(s.A, c.b, s.touch) || outside(s.B, c.a, s.touch))))) continue;
+      // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it: if they are, two closed bodies share a
+      // point between them. Those of a skin that bends need not.
+      if (gap < -16 * s.touch && ((c.b - c.a).squaredNorm() > reach * reach ||
+                                  (s.closed() && (outside(s.A, *s.whole_a, c.b, s.touch) || outside(s.B, *s.whole_b, c.a, s.touch)) && !share(s, a, b, across, c.a, c.b)))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);

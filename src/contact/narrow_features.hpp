@@ -11,12 +11,22 @@ constexpr double lean = 0.02;               // faces and edges closer than this 
 constexpr double flat_cosine = 0.9998;      // 1.15 degrees: faces closer than this to parallel press on an area
 constexpr double crossed_overlap = 0.1;     // overlap of crossed edges, and of a vertex beside a nearer face, that is still looked for, over the deepest of all
 
+/// The whole of a closed body, of which a patch is the part near another.
+struct Whole {
+  const Polyhedron& p;
+  Vec3 centre;
+  Mat3 F;
+  bool holds(const Vec3& x) const;   // x is inside
+};
+
 /// Two bodies that may touch.
 struct Search {
   const Patch &A, &B;
   double margin, touch;
-  double depth;      // deepest overlap that is still read as contact [m]
-  bool closed;       // both are closed bodies, so that inside and outside can be told
+  double depth;                                       // deepest overlap that is still read as contact [m]
+  const Whole *whole_a = nullptr, *whole_b = nullptr;   // of closed bodies, so that inside and outside can be told
+  const Box3* common = nullptr;                         // of closed bodies: what can touch, or lies in the other, lies in it
+  bool closed() const { return whole_a != nullptr; }
 };
 
 /// Least height along n that an edge of the vertex reaches, per length: negative where it falls.
@@ -37,8 +47,8 @@ inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, 
   return c;
 }
 
-/// True if x lies before the surface, neither behind nor on it: its nearest point tells.
-bool outside(const Patch& p, const Vec3& x, double touch);
+/// True if x is neither inside the body nor on its surface.
+bool outside(const Patch& p, const Whole& whole, const Vec3& x, double touch);
 
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out);

@@ -65,7 +65,8 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   gather(a, between, pose_a.F, common, w.a);
   gather(b, Vec3::Zero(), pose_b.F, common, w.b);
   if (w.a.triangles.empty() || w.b.triangles.empty()) return 0;
-  const Search s{w.a, w.b, margin, touch, std::min(a.radius, b.radius), true};
+  const Whole whole_a{a, between, pose_a.F}, whole_b{b, Vec3::Zero(), pose_b.F};
+  const Search s{w.a, w.b, margin, touch, std::min(a.radius, b.radius), &whole_a, &whole_b, &common};
   return finish(s, b, pose_b.c, w, out);
 }
 
@@ -97,7 +98,7 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   // Vertices behind the surface count too: the box of the surface reaches down to the block's lowest point.
   near.extend(box);
   gather(b, Vec3::Zero(), pose_b.F, near, w.b);
-  const Search s{w.a, w.b, margin, touch, b.radius, false};
+  const Search s{w.a, w.b, margin, touch, b.radius};
   return finish(s, b, pose_b.c, w, out);
 }
 

@@ -233,6 +233,9 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
       admitted = -h, t_admitted = &t, foot_admitted = y;
   }
   if (!t_near || nearest > s.depth || pseudo.dot(v.x - foot_near) >= 0) return;
+  // At a corner the sum of the normals does not tell, nor do faces beyond the margin, which are not all in the patch.
+  const bool doubtful = nearest > s.margin || (pseudo != t_near->n && nearest > 16 * s.touch);
+  if (const Whole* whole = first ? s.whole_a : s.whole_b; whole != nullptr && doubtful && !whole->holds(v.x)) return;
   if (pseudo == t_near->n && past_rim(*t_near, v.x, foot_near, s.touch)) return;
   // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
   const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
@@ -247,11 +250,23 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
 
 }  // namespace
 
-bool outside(const Patch& p, const Vec3& x, double touch) {
+bool Whole::holds(const Vec3& x) const {
+  // Solid angles of the faces about the point: 4 pi inside, 0 outside.
+  const Vec3 X = F.inverse() * (x - centre);
+  double sum = 0;
+  for (const auto& t : p.triangles) {
+    const Vec3 a = p.vertices[static_cast<std::size_t>(t[0])] - X, b = p.vertices[static_cast<std::size_t>(t[1])] - X, c = p.vertices[static_cast<std::size_t>(t[2])] - X;
+    const double la = a.norm(), lb = b.norm(), lc = c.norm();
+    sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+  }
+  return sum > 2 * 3.14159265358979323846;
+}
+
+bool outside(const Patch& p, const Whole& whole, const Vec3& x, double touch) {
   Nearest nearest{.foot = x};
   for (const auto& t : p.triangles)
     if (std::abs(t.n.dot(x) - t.level) <= nearest.distance + touch) nearest.visit(t, x, touch);
-  return nearest.distance > touch && nearest.pseudo.dot(x - nearest.foot) > 0;
+  return nearest.distance > touch && !whole.holds(x);
 }
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {
@@ -262,6 +277,7 @@ void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, st
   if (T.triangles.size() > many) bunch(balls, bunches);
   const Target target{s, T, V, first, balls, out};
   for (const auto& v : V.vertices) {
+    if (s.common != nullptr && !s.common->contains(v.x)) continue;   // a corner of a triangle that only reaches in
     if (T.triangles.size() > many && ahead(T, balls, bunches, v.x, s.touch) > s.margin + 100 * s.touch) continue;
     const std::size_t start = out.size();
     if (target.before_faces(v)) target.inside_body(v, start);

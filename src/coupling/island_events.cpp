@@ -3,11 +3,13 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
 namespace {
+constexpr int most_trials = 40;   // of ends of a step, of which some lie before an onset and some after
 
 /// Inradius of the thinner one [m].
 double thickness(const dda::Model& model, const CandidatePair& pair) {
@@ -262,6 +264,12 @@ bool IslandStepper::locate_event(double& h, int passes) {
   const auto swapped = [&](const Touch& t) {
     return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
   };
+  // What strains may have come in with the speed of its way out: rates of strain turn about within a step longer than their periods. The search, whose
+  // motion does not strain, knows nothing of it.
+  const auto came_through = [&](const Touch& t) {
+    const auto strains = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && model_.blocks[static_cast<std::size_t>(block)].deformable; };
+    return (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index))) && t.stiffness == 0 && t.at.gap < 0 && gap_before(t) > 0;
+  };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };
   double rate = 0, before = 0;
@@ -275,7 +283,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     double gap = std::numeric_limits<double>::infinity();
     rate = 0;
     for (const Touch& t : touches_)
-      if (!was_row(t) && t.at.gap < gap && t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t) && !swapped(t)) {
+      if (!was_row(t) && t.at.gap < gap && ((t.approach < (t.stiffness > 0 ? -t.quiet_speed : -1e-6 * speed_) && !slow(t)) || came_through(t)) && !swapped(t)) {
         gap = t.at.gap;
         rate = t.approach;
         before = gap_before(t);
@@ -318,9 +326,11 @@ bool IslandStepper::locate_event(double& h, int passes) {
       const double width = high - low, bend = (apart - past + closing * width) / (width * width);
       return high - 2 * past / (closing - std::sqrt(std::max(0.0, closing * closing - 4 * bend * past)));
     };
-    if (bracketed && apart > 0) trial = std::max(on_parabola(), sure);
+    if (bracketed && !(rate < 0)) trial = std::max(0.5 * step, sure);
+    else if (bracketed && apart > 0) trial = std::max(on_parabola(), sure);
     bool met = false;
-    for (int iteration = 0; iteration < 12; ++iteration) {
+    double tried = 0, gap_there = std::numeric_limits<double>::infinity();
+    for (int iteration = 0; iteration < (bracketed ? most_trials : 12); ++iteration) {
       if (!(trial > low && trial < high)) {
         if (!bracketed) break;
         trial = 0.5 * (low + high);
@@ -335,7 +345,11 @@ bool IslandStepper::locate_event(double& h, int passes) {
       } else {
         high = trial, past = gap, closing = rate;
       }
-      trial = bracketed && std::isfinite(apart) && apart > 0 && closing < 0 ? on_parabola() : std::isfinite(gap) ? trial + gap / -rate : 0.5 * (low + high);
+      // What strains, or turns in closed contact, does not approach by its speed at the end alone: by what the last two trials tell.
+      const double secant = trial - gap * (trial - tried) / (gap - gap_there);
+      const bool lags = bracketed && iteration > 3 && std::abs(gap) > 0.25 * std::abs(gap_there);
+      tried = std::exchange(trial, lags && std::isfinite(secant) ? secant : bracketed && std::isfinite(apart) && apart > 0 && closing < 0 ? on_parabola() : std::isfinite(gap) && rate < 0 ? trial + gap / -rate : 0.5 * (low + high));
+      gap_there = gap;
     }
     if (met || bracketed) {
       step = step_length_;

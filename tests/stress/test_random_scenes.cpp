@@ -1,4 +1,4 @@
-// Random scenes run to their end without intersection (1e-9 of the smallest radius, or what springs give), with a ledger that closes and
+// Random scenes run to their end without intersection (1e-9 of the radius, or what springs give), with a ledger that closes and
 // without gain of energy, both to the accuracy of the step.
 //
 // TALUS_STRESS_SEEDS="100:400" runs those seeds in place of the cheap ones; TALUS_STRESS_SHOW=1 prints a line for each, and its scene
@@ -75,6 +75,12 @@ Pose pose(const sim::HistoryRow& r, std::size_t k) {
   return p;
 }
 
+/// What hard contact leaves [m]: positions are led back to a part of the sizes of those in contact, whatever smaller blocks there are elsewhere.
+double left_inside(const sim::RunHeader& header, const geometry::Finding& f) {
+  const double a = header.blocks[static_cast<std::size_t>(f.a)].shape.radius;
+  return 1e-9 * (f.with == geometry::Finding::With::body ? std::min(a, header.blocks[static_cast<std::size_t>(f.b)].shape.radius) : a);
+}
+
 Measures measure(const sim::RunHeader& header, const std::vector<sim::HistoryRow>& rows, double tolerance) {
   Measures m;
   std::vector<geometry::CheckedBody> bodies;
@@ -103,7 +109,7 @@ Measures measure(const sim::RunHeader& header, const std::vector<sim::HistoryRow
     for (const geometry::Finding& f : geometry::find_intersections(list, poses, surfaces, header.planes, tolerance)) {
       const bool both_held = f.with == geometry::Finding::With::body && header.blocks[static_cast<std::size_t>(f.a)].fixed && header.blocks[static_cast<std::size_t>(f.b)].fixed;
       const bool held_on_plane = f.with == geometry::Finding::With::plane && header.blocks[static_cast<std::size_t>(f.a)].fixed;
-      if (!both_held && !held_on_plane) m.depth = std::max(m.depth, f.depth);
+      if (!both_held && !held_on_plane && f.depth > left_inside(header, f)) m.depth = std::max(m.depth, f.depth);
     }
   }
   return m;

@@ -400,5 +400,40 @@ TEST(ConcaveContact, EdgesOnTheFarSidesOfNeighboursDoNotCross) {
   for (const auto& p : c) EXPECT_GT(p.gap, -1e-9);
 }
 
+TEST(ConcaveContact, LeaningKnifeCrossesAnEdgeWithNeitherOnesPointInTheOther) {
+  // Along z an edge of the L, across it the edge of a knife that leans by 40 degrees: what of the one is straight below the other is not inside it.
+  const Vec3 out = Vec3(-1, -1, 0).normalized(), up = Vec3::UnitZ();
+  for (const double lean : {-1.0, 1.0}) {
+    const Polyhedron knife = prism({{0, 0}, {1.0, 1.0}, {0.6, 1.0}}, {{0, 1, 2}}, -1, 1);
+    Mat3 R;
+    R.col(0) = lean * up, R.col(1) = out, R.col(2) = R.col(0).cross(R.col(1));
+    for (const double overlap : {1e-6, 1e-4, 1e-2}) {
+      const auto contacts = between(ell, {Vec3::Zero()}, knife, {Vec3(0, 0, 0.5) - overlap * out, R}, 1e-7);
+      ASSERT_EQ(contacts.size(), 1u) << "overlap " << overlap;
+      EXPECT_NEAR(contacts[0].gap, -overlap, 1e-12);
+      EXPECT_NEAR((contacts[0].normal - out).norm(), 0, 1e-12);
+    }
+  }
+}
+
+TEST(ConcaveContact, SpikesBesideAnLAreNotInIt) {
+  // About a sharp corner the sum of its faces' normals does not tell before from behind; with a wide margin corners far off are looked at as well.
+  std::mt19937 rng(12);
+  std::uniform_real_distribution<double> u(-1, 1);
+  const Polyhedron left = box(1, 2, 1), right = box(1, 1, 1);   // what the L is made of
+  int beside = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const Polyhedron spike = hull({{0, 0, 0}, {1, 0.1 * u(rng), 0.3 * u(rng)}, {1, 0.3 + 0.2 * u(rng), 0.4 * u(rng)}, {0.9, 0.1 * u(rng), 0.5 + 0.3 * u(rng)}});
+    const Pose p{Vec3(1, 1, 0.5) + 1.4 * Vec3(u(rng), u(rng), u(rng)), random_rotation(rng)};
+    std::vector<ContactPoint> parts;
+    block_block(left, {Vec3(0.5, 1, 0.5)}, spike, p, 1e-3, parts);
+    block_block(right, {Vec3(1.5, 0.5, 0.5)}, spike, p, 1e-3, parts);
+    if (!parts.empty()) continue;
+    ++beside;
+    for (const auto& c : between(ell, {Vec3::Zero()}, spike, p, 0.4)) EXPECT_GT(c.gap, 0) << i;
+  }
+  EXPECT_GT(beside, 1000);
+}
+
 }  // namespace
 }  // namespace talus::contact::testing

@@ -1,0 +1,38 @@
+// A block that rings as it rolls in a corner comes to its planes with strains that turn about many times within a step: no step leaves a vertex behind them.
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include <fmt/format.h>
+
+#include "dda/state.hpp"
+#include "verify/scene_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+/// Least height of a vertex over the planes, of all rows [m].
+double lowest(const Outcome& o, const std::vector<Plane>& planes) {
+  double low = 0;
+  for (const sim::HistoryRow& r : o.rows) {
+    const Mat3 F = Quat(r.orientation[0][0], r.orientation[0][1], r.orientation[0][2], r.orientation[0][3]).toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(r.strain[0]));
+    for (const Vec3& x : o.simulation->header().blocks[0].shape.vertices)
+      for (const Plane& p : planes) low = std::min(low, p.normal.dot(r.position[0] + F * x - p.point));
+  }
+  return low;
+}
+
+TEST(RingingBlocks, LeaveNoVertexBehindAPlane) {
+  for (int k = 0; k < 8; ++k) {
+    SceneText s(Method::by_accuracy(1e-3), 1.5);
+    s.history(0.005).material("rock", 2600, "young = 1e9\npoisson = 0.4\n").material("ground", 2600).interface("*", "*", 10);
+    s.plane(Vec3::UnitZ()).plane(Vec3::UnitX(), Vec3(-0.9, 0, 0));
+    s.box("B", Vec3(1.1, 0.85, 0.95), Vec3(0, 0, 2), "deformable = true\n" + turned(Vec3(2 - 0.3 * k, -1.4 + 0.2 * k, -0.7)) + spin(Vec3(0.3, -1, 0.1 * k)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    EXPECT_GT(lowest(o, o.simulation->header().planes), -1e-9) << k;
+  }
+}
+
+}  // namespace
+}  // namespace talus::verify
