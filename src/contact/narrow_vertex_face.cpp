@@ -1,4 +1,6 @@
 /// Vertices against faces: on a face, over it, or inside the body behind it.
+#include <numbers>
+
 #include "contact/narrow_features.hpp"
 
 namespace talus::contact::narrow {
@@ -259,7 +261,7 @@ bool Whole::holds(const Vec3& x) const {
     const double la = a.norm(), lb = b.norm(), lc = c.norm();
     sum += 2 * std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
   }
-  return sum > 2 * 3.14159265358979323846;
+  return sum > 2 * std::numbers::pi;
 }
 
 bool outside(const Patch& p, const Whole& whole, const Vec3& x, double touch) {
