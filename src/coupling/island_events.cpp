@@ -264,14 +264,16 @@ bool IslandStepper::locate_event(double& h, int passes) {
   const auto swapped = [&](const Touch& t) {
     return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
   };
-  // What strains may have come in with the speed of its way out: rates of strain turn about within a step longer than their periods. The search, whose
-  // motion does not strain, knows nothing of it.
-  const auto came_through = [&](const Touch& t) {
-    const auto strains = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && model_.blocks[static_cast<std::size_t>(block)].deformable; };
-    return (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index))) && t.stiffness == 0 && t.at.gap < 0 && gap_before(t) > 0;
-  };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };
+  // What went in and is on its way back at the end crossed all the same. What strains seems to be by the rates of its strains, which turn about many times
+  // within a long step, and the search, whose motion does not strain, knows nothing of it.
+  const auto strains = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && model_.blocks[static_cast<std::size_t>(block)].deformable; };
+  bool any_depth = false;   // rounding of what rests is none, unless something deeper is sought
+  const auto came_through = [&](const Touch& t) {
+    const bool rings = t.stiffness == 0 && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
+    return t.at.gap < (rings || any_depth ? 0 : -near_gap()) && gap_before(t) > 0;
+  };
   double rate = 0, before = 0;
   const auto worst_onset = [&](double step) {
     // Deepest new touch at the end of the step, its approach velocity, and its gap before.
@@ -318,6 +320,7 @@ bool IslandStepper::locate_event(double& h, int passes) {
     // The onset is sought between the time by which the search is sure of none and the end; there it is passed, or met on the
     // search's path, which between the ends of the step is not quite the blocks' own.
     bool bracketed = gap < passed;
+    any_depth = bracketed && !(rate < 0);
     const double sure = s <= 1 ? std::max(s, 1e-12) * step : 0;
     double low = 0, high = step, trial = s <= 1 ? sure : step + gap / -rate;
     // Between an end still apart and one that is past, the gap is taken for the parabola of both gaps and the rate at the end past.
