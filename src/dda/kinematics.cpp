@@ -32,6 +32,27 @@ Mat3 strained_inertia(const Model::Block& b, const Vec6& eps) {
   return inertia_of(g * b.second_moment * g.transpose());
 }
 
+/// Coriolis force of the turning frame on the strains, per rate of strain: antisymmetric, so that it takes no energy. `spin`: in body axes.
+Mat6 coriolis(const Model::Block& b, const Vec3& spin) {
+  Mat6 g = Mat6::Zero();
+  for (int j = 0; j < 6; ++j)
+    for (int k = 0; k < j; ++k) {
+      g(j, k) = 2 * spin.dot(axial(strain_basis()[static_cast<std::size_t>(j)] * b.second_moment * strain_basis()[static_cast<std::size_t>(k)]));
+      g(k, j) = -g(j, k);
+    }
+  return g;
+}
+
+/// Angular momentum that strains take at a constant spin by what they add to the inertia, per strain.
+Eigen::Matrix<double, 3, 6> swelling_momentum(const Model::Block& b, const Mat3& F, const Mat3& rotation, const Vec3& spin) {
+  Eigen::Matrix<double, 3, 6> d;
+  for (int k = 0; k < 6; ++k) {
+    const Mat3 c = F * b.second_moment * (rotation * strain_basis()[static_cast<std::size_t>(k)]).transpose();
+    d.col(k) = 2 * c.trace() * spin - (c + c.transpose()) * spin;
+  }
+  return d;
+}
+
 }  // namespace
 
 Quat rotation_by(const Vec3& theta) {
@@ -186,7 +207,20 @@ FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rul
   else if (!end) rhs.tail<6>() -= dynamic * s.eps_rate[k];
   Mat12 effective = mass;
   effective.block<6, 6>(6, 6) += dynamic;
-  f.velocity = effective.llt().solve(rhs);
+  if (w_now.isZero(0)) {
+    f.velocity = effective.llt().solve(rhs);
+  } else {
+    const Vec3 spin = start_rotation.transpose() * w_now;
+    const Mat6 turning_frame = (end ? 1.0 : 0.5) * h * coriolis(b, spin);
+    const Eigen::Matrix<double, 3, 6> swelling = (end ? 1.0 : 0.5) * h * swelling_momentum(b, turned.F, f.rotation, f.rotation * spin);
+    effective.block<6, 6>(6, 6) -= turning_frame;
+    effective.block<3, 6>(3, 6) += swelling;
+    if (!end) {
+      rhs.tail<6>() += turning_frame * s.eps_rate[k];
+      rhs.segment<3>(3) -= swelling * s.eps_rate[k];
+    }
+    f.velocity = effective.partialPivLu().solve(rhs);
+  }
   f.eps = s.eps[k] + (end || leapfrog ? Vec6(h * f.velocity.tail<6>()) : Vec6(0.5 * h * (s.eps_rate[k] + Vec6(f.velocity.tail<6>()))));
   // The frame's recoil by the rule of the strains, now that their rates at the end are known; then the spin that keeps L there.
   const Vec3 turn = (end || leapfrog ? 1.0 : 0.5) * h * (recoil(mass, f.velocity.tail<6>()) - recoil_start);
