@@ -34,7 +34,7 @@ struct FreeFlow {
 /// of the step needs to leave a block at rest where it is. `leapfrog` takes strain rates as those of half steps, what blocks at a structure that is
 /// stepped so need: A (epsdot_+ - epsdot_-) = -h K eps_n, eps_np = eps_n + h epsdot_+; the work of an impulse at n is then its product with the mean of both
 /// rates for any step (Newmark's rule with beta = 1/4, stable). `strain_at_end` is `exact` but for the strain, by its rate at the end: for blocks that impulses at
-/// the start of the step move, x + h v^+.
+/// the start of the step move, x + h v^+, and where the trapezoid would make energy of a vibration that the step does not resolve.
 enum class FlowRule { exact, implicit_end, leapfrog, strain_at_end };
 FreeFlow free_flow(const Model& m, const State& s, int i, double h, FlowRule rule = FlowRule::exact);
 

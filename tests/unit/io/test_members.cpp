@@ -86,14 +86,21 @@ TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   EXPECT_TRUE(track.summary()["damage_class_name"].is_null());
 }
 
+/// A pier at rest, then as `change` makes it.
+template <class Change>
+MemberTrack changed(Change&& change) {
+  MemberTrack track(pier());
+  track.add(0, state(0, 0, 0), {});
+  MemberState s = state(0, 0, 0);
+  MemberPeaks p;
+  change(s, p);
+  track.add(1, s, p);
+  return track;
+}
+
 TEST(MemberTrack, ClassesInTheirOrder) {
   const auto grade = [](auto change) {
-    MemberTrack track(pier());
-    track.add(0, state(0, 0, 0), {});
-    MemberState s = state(0, 0, 0);
-    MemberPeaks p;
-    change(s, p);
-    track.add(1, s, p);
+    const MemberTrack track = changed(change);
     return track.summary()["damage_class"].template get<int>();
   };
   EXPECT_EQ(grade([](MemberState&, MemberPeaks&) {}), 0);
@@ -110,12 +117,7 @@ TEST(MemberTrack, ClassesInTheirOrder) {
 
 TEST(MemberTrack, TellsWhatAClassRestsOn) {
   const auto basis = [](auto change) {
-    MemberTrack track(pier());
-    track.add(0, state(0, 0, 0), {});
-    MemberState s = state(0, 0, 0);
-    MemberPeaks p;
-    change(s, p);
-    track.add(1, s, p);
+    const MemberTrack track = changed(change);
     EXPECT_EQ(track.summary()["damage_class_basis"].template get<std::string>(), track.verdict().basis);
     return track.verdict().basis;
   };
