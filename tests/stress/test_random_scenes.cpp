@@ -109,7 +109,7 @@ Measures measure(const sim::RunHeader& header, const std::vector<sim::HistoryRow
     for (const geometry::Finding& f : geometry::find_intersections(list, poses, surfaces, header.planes, tolerance)) {
       const bool both_held = f.with == geometry::Finding::With::body && header.blocks[static_cast<std::size_t>(f.a)].fixed && header.blocks[static_cast<std::size_t>(f.b)].fixed;
       const bool held_on_plane = f.with == geometry::Finding::With::plane && header.blocks[static_cast<std::size_t>(f.a)].fixed;
-      if (!both_held && !held_on_plane && f.depth > left_inside(header, f)) m.depth = std::max(m.depth, f.depth);
+      if (!both_held && !held_on_plane && f.depth > std::max(left_inside(header, f), tolerance)) m.depth = std::max(m.depth, f.depth);
     }
   }
   return m;

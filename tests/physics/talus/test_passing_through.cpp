@@ -1,5 +1,11 @@
-// Steps leave no vertex behind a plane that it went through: neither of a block that rings, whose strains turn about many times within a step, nor of one that turns.
+// Steps leave nothing behind ground that it went through. No vertex behind a plane: neither of a block that rings, whose strains turn about many times within a step, nor of one that turns. No block behind a wall
+// of the ground that it slides on.
 #include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
 
 #include <array>
 
@@ -48,6 +54,24 @@ TEST(TurningBlocks, PutNoCornerThroughAPlaneAndBack) {
     ASSERT_TRUE(o.ok());
     EXPECT_GT(lowest(o, o.simulation->header().planes), -1.4e-4) << i;   // what the spring takes to stop it
   }
+}
+
+/// In contact with the floor, a block meets the wall of the same terrain within a step that takes it farther than its size: deep in there it touches nothing.
+TEST(SlidingBlocks, GoThroughNoWallOfTheirGround) {
+  const std::string path = (std::filesystem::temp_directory_path() / ("talus_wall_" + std::to_string(::getpid()) + ".asc")).string();
+  std::ofstream file(path);
+  file << "ncols 13\nnrows 5\nxllcenter -4\nyllcenter -4\ncellsize 2\nNODATA_value -9999\n";
+  for (int i = 0; i < 65; ++i) file << (i % 13 < 7 ? 0 : 20) << (i % 13 == 12 ? '\n' : ' ');   // rises between x = 8 and 10
+  file.close();
+  for (int i = 0; i < 20; ++i) {
+    SceneText s(Method::by_accuracy(1e-3), 0.8);
+    s.history(0.05).material("rock", 2500).interface("rock", "ground", 0, "normal_stiffness = \"hard\"\nrestitution = 0.0").raw("[site]\nterrain = \"" + path + "\"\nmaterial = \"ground\"\n");
+    s.box("B", Vec3(0.1, 0.1, 0.1), Vec3(0.05 * i, 0.03, 0.05), "deformable = false\n" + velocity(Vec3(14, 0, 0)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    for (const sim::HistoryRow& r : o.rows) ASSERT_GT(r.position[0].z(), 10 * (r.position[0].x() - 8)) << i << " at " << r.time;
+  }
+  std::filesystem::remove(path);
 }
 
 }  // namespace
