@@ -35,7 +35,9 @@ def read(directory):
 
 
 def follow(data, i):
-    t, p, v = data["time"], data["position"][:, i], data["velocity"][:, i]
+    left = next((b.get("left") for b in data["summary"]["blocks"] if b["name"] == data["names"][i]), None)
+    rows = data["time"] <= (np.inf if left is None else left)   # beyond the edge of the terrain it falls for ever, which says nothing
+    t, p, v = data["time"][rows], data["position"][rows, i], data["velocity"][rows, i]
     low = np.nonzero(p[:, 2] < 5.0)[0]
     speed = np.linalg.norm(np.diff(p, axis=0), axis=1) / np.diff(t)
     moving = np.nonzero(speed > 0.05)[0]
@@ -45,7 +47,7 @@ def follow(data, i):
         if t[k + 1] - last > 0.25:
             hits.append([round(float(c), 2) for c in (t[k + 1], *p[k + 1])])
         last = t[k + 1]
-    energy = data["kinetic_translational"][:, i] + data["kinetic_rotational"][:, i]
+    energy = data["kinetic_translational"][rows, i] + data["kinetic_rotational"][rows, i]
     return {"end": [round(float(c), 3) for c in p[-1]], "d": float(abs(p[-1, 0] - p[0, 0])), "d_largest": float(np.max(np.abs(p[:, 0] - p[0, 0]))),
             "t": float(t[low[0]]) if len(low) else None, "ts": float(t[moving[-1] + 1]) if len(moving) else 0.0, "still_moving": bool(len(moving) and moving[-1] >= len(speed) - 2),
             "contacts": len(hits), "hits_t_x_y_z": hits, "largest_kinetic_energy_MJ": float(energy.max() / 1e6)}
