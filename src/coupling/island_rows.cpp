@@ -9,6 +9,8 @@
 namespace talus::coupling {
 namespace {
 
+constexpr double jams_last = 0.02;   // impulses between the sides of a jam that nothing but their start holds up [s]
+
 /// The point of a skin that weights name.
 Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   Vec3 x = Vec3::Zero();
@@ -359,14 +361,15 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     if (t.mode != Mode::idle) take_row(t, h, first_pass);
   }
   fill_rows(h, first_pass);
-  if (leapfrog()) spare_jammed(touches_, touch_gap(), problem_);
+  const bool give = leapfrog() && problem_.contacts.size() > many_contacts;   // of many rows the least impulses are the solution, and those of the step before near to them
+  if (leapfrog()) spare_jammed(touches_, touch_gap(), give ? std::exp(-h / jams_last) : 0.0, problem_);
   add_rolling_rows();
   limit_rolling([&](const Touch& t) { return first_pass ? h * t.frame.col(0).dot(t.warm) : t.impulse[0]; });
   double mass = 0;
   for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(problem_, model_, bodies_, h, 1e6 * mass * (speed_ + h * model_.gravity.norm()));
   finish_bodies();
-  if (leapfrog() && problem_.contacts.size() > many_contacts) give_a_little(touches_, 0.1 * settings_.accuracy, problem_);
+  if (give) give_a_little(touches_, 0.1 * settings_.accuracy, problem_);
 }
 
 void IslandStepper::finish_bodies() {

@@ -21,7 +21,7 @@ bool before(const Side& a, const Side& b) { return a.block < b.block; }
 
 }  // namespace
 
-void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem) {
+void spare_jammed(std::span<const Touch> touches, double closed, double kept, contact::ContactProblem& problem) {
   std::vector<Side> sides;
   bool any = false;
   for (const Touch& t : touches) {
@@ -43,7 +43,7 @@ void spare_jammed(std::span<const Touch> touches, double closed, contact::Contac
   for (const int row : spared) {
     contact::ProblemContact& c = problem.contacts[static_cast<std::size_t>(row)];
     c.bias[0] = 0;
-    c.impulse.setZero();   // two sides may press on each other through the body with any impulse: none is handed on from step to step
+    c.impulse *= kept;
   }
 }
 

@@ -9,9 +9,9 @@
 namespace talus::coupling {
 
 /// Before a step at a structure is solved: a row asks for no motion towards a closed row (gap up to `closed` [m]) that faces it on the same block;
-/// a rebound between two blocks, for none towards a row of theirs. Impulses of such
-/// rows start from nothing.
-void spare_jammed(std::span<const Touch> touches, double closed, contact::ContactProblem& problem);
+/// a rebound between two blocks, for none towards a row of theirs. Of the impulses of such rows `kept` is left to start from: two sides may press on each
+/// other through the body with any impulse, and what nothing but the start holds up is to fade.
+void spare_jammed(std::span<const Touch> touches, double closed, double kept, contact::ContactProblem& problem);
 
 /// Gap that a hard contact at a structure, now `gap`, may keep at the end of a step of length h [m]. One that is inside already (a face found late, a corner that came
 /// round) is led out at a thousandth of the speed `moving` that blocks really have there [m/s]: at once would be a blow out of nothing, and where all rests every motion

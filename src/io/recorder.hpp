@@ -1,7 +1,7 @@
 /// Writes the output directory of a run: journal, results.h5, fields for ParaView, log, summary.
 ///
 /// How the pieces share the work: rows go to an append-only journal with checksums (journal.hpp); results.h5 is built from it when
-/// the journal has grown by half since the last time, and at the end, and swapped in by rename. It is therefore readable at any
+/// the journal has grown by half since the last time (a large one: to the fourfold), and at the end, and swapped in by rename. It is therefore readable at any
 /// moment, and all rebuilding together costs at most three times the last one. Field files for ParaView are written as they come, each
 /// whole or absent.
 ///

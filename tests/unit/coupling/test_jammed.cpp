@@ -64,7 +64,7 @@ TEST(Jammed, BetweenTwoSidesIsNotLedOut) {
   Jam asks = jam;
   EXPECT_FALSE(asks.solve().converged);   // what it is spared
   for (int side : {0, 1}) jam.problem.contacts[static_cast<std::size_t>(side)].impulse[0] = 1e6;   // of an earlier step
-  spare_jammed(jam.touches, 1e-7, jam.problem);
+  spare_jammed(jam.touches, 1e-7, 0, jam.problem);
   EXPECT_TRUE(jam.solve().converged);
   EXPECT_LT(jam.largest_impulse(), 0.2);   // the body brings 0.1 N s
 }
@@ -73,7 +73,7 @@ TEST(Jammed, WhatIsFreeOnTheOtherSideIsLedOut) {
   Jam jam;
   jam.row(skin, Vec3::UnitX(), -asked);
   jam.row(ground, Vec3::UnitZ(), 0);
-  spare_jammed(jam.touches, 1e-7, jam.problem);
+  spare_jammed(jam.touches, 1e-7, 0, jam.problem);
   EXPECT_EQ(jam.problem.contacts[0].bias[0], -asked);
   EXPECT_TRUE(jam.solve().converged);
   EXPECT_NEAR(jam.problem.v[0], asked, 1e-9);
@@ -83,12 +83,12 @@ TEST(Jammed, ReboundsAreSparedInANotchAlone) {
   Jam stack;   // struck from below, something else lies on it
   stack.row(neighbour, Vec3::UnitZ(), -asked);
   stack.row(other, -Vec3::UnitZ(), 0);
-  spare_jammed(stack.touches, 1e-7, stack.problem);
+  spare_jammed(stack.touches, 1e-7, 0, stack.problem);
   EXPECT_EQ(stack.problem.contacts[0].bias[0], -asked);
   Jam notch;
   notch.row(neighbour, Vec3::UnitZ(), -asked);
   notch.row(neighbour, -Vec3::UnitZ(), 0);
-  spare_jammed(notch.touches, 1e-7, notch.problem);
+  spare_jammed(notch.touches, 1e-7, 0, notch.problem);
   EXPECT_EQ(notch.problem.contacts[0].bias[0], 0);
 }
 
