@@ -126,20 +126,27 @@ inline unsigned char project(const Law& law, const Vec3& z, double rn, double rt
   return slip;
 }
 
+/// Velocity change per impulse of a contact, along its normal and its face [1/kg].
+struct Scale {
+  double normal = 0, tangential = 0;
+  Vec3 operator*(const Vec3& p) const { return {normal * p.x(), tangential * p.y(), tangential * p.z()}; }
+  double length(const Vec3& p) const { return normal == tangential ? normal * p.norm() : (*this * p).norm(); }
+};
+
 /// Natural-map residual [m/s] of impulse p at the total contact velocity u + R p, in the scale w of the contact:
-/// w |p - P_C(p - (u + R p + shift n) / w)|, with the De Saxce shift mu |(u + R p)_t| for exact Coulomb. It is zero exactly
+/// |w (p - P_C(p - (u + R p + shift n) / w))|, P_C nearest in w, with the De Saxce shift mu |(u + R p)_t| for exact Coulomb. It is zero exactly
 /// at solutions; `round_off` is what the velocities cannot resolve, and is taken off.
-inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, double w, double round_off,
+inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, const Scale& w, double round_off,
                                double extra_shift = 0) {
-  if (!(w > 0)) return 0;
+  if (!(w.normal > 0)) return 0;
   Law cone = law;
   cone.exact = false;
   Vec3 u = u_total, q;
   u.x() += extra_shift + (law.exact ? law.mu * length(u.y(), u.z()) : 0.0);
-  project(cone, p - u / w, 1, 1, q, nullptr);
-  double r = w * (p - q).norm();
+  project(cone, p - Vec3(u.x() / w.normal, u.y() / w.tangential, u.z() / w.tangential), 1, w.tangential / w.normal, q, nullptr);
+  double r = w.length(p - q);
   // Beyond this p swallows u / w in the difference and nothing can be said.
-  const double swallowed = 2.220446049250313e-16 * w * p.norm();
+  const double swallowed = 2.220446049250313e-16 * w.length(p);
   if (swallowed > 1e-7) r = std::max(r, swallowed);
   return r <= round_off ? 0.0 : r - round_off;
 }

@@ -11,9 +11,8 @@ struct Proximal { double rn, rt; Vec3 rho; };
 
 inline Proximal proximal(const Touch& t, double epsilon) {
   Proximal q;
-  const double least = epsilon * t.w;
-  q.rn = std::max(t.compliance.x(), least);
-  q.rt = std::max({t.compliance.y(), t.compliance.z(), least});
+  q.rn = std::max(t.compliance.x(), epsilon * t.w);
+  q.rt = std::max({t.compliance.y(), t.compliance.z(), epsilon * t.wt});
   q.rho = Vec3(q.rn - t.compliance.x(), q.rt - t.compliance.y(), q.rt - t.compliance.z());
   return q;
 }
@@ -135,7 +134,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       outer = std::max(outer, proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs().maxCoeff());
       Law law = t.law;
       if (options.convex) law.exact = false;
-      const double r = natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.w,
+      const double r = natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
                                         system.round_off(t, reach_), options.convex ? t.shift : 0.0);
       if (!(r <= residual)) residual = r;
     }

@@ -121,7 +121,7 @@ bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const s
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
       const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-      pending_[i] = natural_residual(t.law, u, p[i], t.w, 0) > limit;
+      pending_[i] = natural_residual(t.law, u, p[i], t.scale(), 0) > limit;
       some = some || pending_[i] != 0;
     }
     if (some) any.store(true, std::memory_order_relaxed);
@@ -152,7 +152,7 @@ bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::
   const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
   Vec3 change = solve_one(t, u - t.W * p[i], p[i], visited) - p[i];
   if (change == Vec3::Zero()) return false;
-  const bool counts = t.w * change.cwiseAbs().maxCoeff() > change_that_counts;
+  const bool counts = (t.scale() * change).cwiseAbs().maxCoeff() > change_that_counts;
   if (t.law.mu > 0 && ++visits_[i] > undamped_visits) change *= 0.5;
   p[i] += change;
   system.push(t, change, v.data());

@@ -36,7 +36,7 @@ void System::impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reac
   in_ranges(static_cast<int>(body.size()), bodies_at_once, [&](int from, int to) {
     for (int b = from; b < to; ++b) {
       reach[b] = 0;
-      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) reach[b] = std::max(reach[b], touch[of_body[e].contact].w * p[of_body[e].contact].cwiseAbs().maxCoeff());
+      for (int e = first_of_body[b]; e < first_of_body[b + 1]; ++e) reach[b] = std::max(reach[b], (touch[of_body[e].contact].scale() * p[of_body[e].contact]).cwiseAbs().maxCoeff());
     }
   });
 }
@@ -48,7 +48,7 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
     for (int i = from; i < to; ++i) {
       const Touch& t = touch[i];
       const Vec3 u = relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-      of_contact_[i] = natural_residual(t.law, u, p[i], t.w, round_off(t, reach_));
+      of_contact_[i] = natural_residual(t.law, u, p[i], t.scale(), round_off(t, reach_));
     }
   });
   double worst = 0;
@@ -267,7 +267,10 @@ void System::fill(const ContactProblem& problem, int contact) {
         if (k < i) t.W(k, i) += sum;
       }
   }
-  t.w = t.W.trace() / 3;
+  t.w = t.wt = t.W.trace() / 3;
+  // A spring along the face that gives by far more than the normal: of one mean of the two, round-off would be more than what is asked.
+  constexpr double apart = 1e4;
+  if (const double along = std::max(t.W(1, 1), t.W(2, 2)); along > apart * t.W(0, 0) && t.W(0, 0) > 0) t.w = t.W(0, 0), t.wt = along;
   t.slip = t.w > 0 ? eliminate_normal(t.W) : Eliminated{};
 }
 

@@ -40,7 +40,8 @@ struct Touch {
   int id = 0;               // contact of the problem
   int first = 0, count = 0; // into terms
   Law law;
-  double w = 0;
+  double w = 0, wt = 0;     // velocity change per impulse: that along the face is another one only where the two are far apart
+  Scale scale() const { return {w, wt}; }
   double shift = 0;         // added to the normal velocity: De Saxce, when it is held fixed
   Vec3 bias, compliance;
   Mat3 W;

@@ -60,6 +60,24 @@ TEST(ContactSolverClosedForm, WallsOfASnugChannelDoNotSqueezeWhatSlides) {
   EXPECT_NEAR(b.velocity(0).x(), h * g * (std::sin(a) - mu * std::cos(a)), 1e-7 * h * g);   // a quarter of it with what sweeps leave between the walls
 }
 
+// In a step that an onset cut short a spring along the face gives 1e8 times what the dashpot of the normal does: no mean of the two may be what round-off is measured by.
+TEST(ContactSolverClosedForm, ShearSpringOfAStepCutShortTakesWhatItsLawSays) {
+  const double mass = 0.52, mu = 0.75, along = 1.75e11, normal = 884;
+  const Vec3 arriving(-4.33, 3.3, 1.47);
+  Builder b;
+  b.body(mass * Mat3::Identity(), arriving);
+  ProblemContact& c = b.contact(mu);
+  b.term(0, Mat3::Identity());
+  c.compliance = Vec3(normal, along, along);
+  c.bias = arriving;
+  const SolveReport report = solve(b, 1e-12, true, 6);
+  EXPECT_LT(report.newton, 60);   // hundreds before, and no solution
+  const double w = 1 / mass;
+  EXPECT_NEAR(c.impulse.x(), 2 * 4.33 / (w + normal), 1e-14);
+  EXPECT_NEAR(c.impulse.y(), -2 * 3.3 / (w + along), 1e-12 * 2 * 3.3 / along);
+  EXPECT_NEAR(c.impulse.z(), -2 * 1.47 / (w + along), 1e-12 * 2 * 3.3 / along);
+}
+
 TEST(ContactSolverClosedForm, SlidingBlockDoesNotLiftUnlessAssociated) {
   const double mu = 0.5, h = 0.01, v = 3;
   Builder exact = incline(0, mu, h, Vec3(v, 0, 0));
