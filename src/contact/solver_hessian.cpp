@@ -1,5 +1,6 @@
 #include "contact/solver_hessian.hpp"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cstdint>
 
@@ -21,6 +22,28 @@ inline void add_block_six(const double* Ja, const double* T, double* H) {
     store<Two>(load<Two>(H + 4) + b0 * t0 + b1 * t1 + b2 * t2, H + 4);
   }
 }
+
+/// The contacts of a body of many degrees of freedom, the touched skin of a structure, one below the other: their block is one product.
+class Stack {
+ public:
+  explicit Stack(int columns) : columns_(columns) {}
+  void add(const double* J, const double* T) {
+    J_.insert(J_.end(), J, J + 3 * static_cast<std::size_t>(columns_));
+    T_.insert(T_.end(), T, T + 3 * static_cast<std::size_t>(columns_));
+  }
+  /// H += J^T T.
+  void add_product(double* H) const {
+    using Rows = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>;
+    const Eigen::Index n = columns_, rows = static_cast<Eigen::Index>(J_.size()) / n;
+    if (rows > 0) Eigen::Map<Eigen::MatrixXd>(H, n, n).noalias() += Rows(J_.data(), rows, n).transpose() * Rows(T_.data(), rows, n);
+  }
+
+ private:
+  int columns_;
+  std::vector<double> J_, T_;
+};
+
+constexpr int many = 48;   // degrees of freedom from which the stack pays
 
 }  // namespace
 
@@ -62,6 +85,7 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
   for (int i = 0; i < n; ++i) lu.diagonal(body)[i * (n + 1)] = 1;
   static thread_local std::vector<double> T;   // D J
   T.resize(3 * static_cast<std::size_t>(n));
+  Stack stack(n);
   for (int e = system.first_of_body[body]; e < system.first_of_body[body + 1]; ++e) {
     const auto [i, at] = system.of_body[e];
     if (state && state[i] == open) continue;
@@ -75,6 +99,10 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
     for (int a = 0; a < t.count; ++a) {
       const TouchTerm& ta = system.terms[t.first + a];
       double* H;
+      if (a == b && n >= many) {
+        stack.add(J, T.data());
+        continue;
+      }
       if (a == b) {
         H = lu.diagonal(body);
       } else {
@@ -87,6 +115,7 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
       else add_block(system.J.data() + ta.at, ta.n, T.data(), n, H);
     }
   }
+  stack.add_product(lu.diagonal(body));
 }
 
 }  // namespace talus::contact::detail

@@ -16,9 +16,24 @@ using Panel = Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>>;
 
 constexpr double pivot_threshold = 0.1;   // a diagonal at least so large beside the column's largest is the pivot
 
-// In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement.
+/// What the columns from..to of L leave of those beyond, up to k: U = L^-1 A on their rows, A - L U below.
+void update_columns(double* F, int m, int k, int from, int to) {
+  const int width = to - from, columns = k - to, below = m - to;
+  if (columns == 0) return;
+  Panel lower(F + static_cast<std::size_t>(from) * m + from, width, width, Eigen::OuterStride<>(m));
+  Panel upper(F + static_cast<std::size_t>(to) * m + from, width, columns, Eigen::OuterStride<>(m));
+  lower.triangularView<Eigen::UnitLower>().solveInPlace(upper);
+  Panel left(F + static_cast<std::size_t>(from) * m + to, below, width, Eigen::OuterStride<>(m));
+  Panel rest(F + static_cast<std::size_t>(to) * m + to, below, columns, Eigen::OuterStride<>(m));
+  rest.noalias() -= left * upper;
+}
+
+// In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement. Of many columns, a skin's, so many at a time are
+// eliminated one by one.
 bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eigen::aligned_allocator<double>>& upper) {
-  for (int j = 0; j < k; ++j) {
+  constexpr int columns_at_once = 48;
+  const int width = k > 2 * columns_at_once ? columns_at_once : k;
+  for (int j = 0, end = width; j < k; ++j) {
     double* cj = F + static_cast<std::size_t>(j) * m;
     int best = j;
     for (int i = j + 1; i < k; ++i)
@@ -30,12 +45,15 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
       for (int c = 0; c < m; ++c) std::swap(F[static_cast<std::size_t>(c) * m + j], F[static_cast<std::size_t>(c) * m + best]);
     const double inverse = 1 / cj[j];
     for (int i = j + 1; i < m; ++i) cj[i] *= inverse;
-    for (int c = j + 1; c < k; ++c) {
+    for (int c = j + 1; c < end; ++c) {
       double* cc = F + static_cast<std::size_t>(c) * m;
       const double x = cc[j];
       if (x == 0) continue;
       for (int i = j + 1; i < m; ++i) cc[i] -= cj[i] * x;
     }
+    if (j + 1 < end) continue;
+    update_columns(F, m, k, end - width, end);
+    end = std::min(k, end + width);
   }
   if (k == m) return true;
   const int r = m - k;

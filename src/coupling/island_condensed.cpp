@@ -13,7 +13,7 @@ namespace talus::coupling {
 namespace {
 
 constexpr double least_gain = 4;          // explicit steps that a condensed one costs at most
-constexpr std::size_t most_faces = 200;   // touched at a time: the dense body costs the cube of their nodes
+constexpr std::size_t most_faces = 400;   // touched at a time: the dense body costs the cube of their nodes
 
 }  // namespace
 
