@@ -33,11 +33,14 @@ void IslandStepper::begin(const Island& island) {
   impacts_on_skin_.clear();
   local_.assign(model_.blocks.size(), -1);
   bodies_.assign(island.blocks.size(), Body{});
+  began_.resize(island.blocks.size());
+  report_.went.assign(island.blocks.size(), 0.0);
   length_ = std::numeric_limits<double>::infinity();
   speed_ = 0;
   for (std::size_t i = 0; i < island.blocks.size(); ++i) {
     const auto k = static_cast<std::size_t>(island.blocks[i]);
     bodies_[i].block = island.blocks[i];
+    began_[i] = {state_.c[k], state_.q[k], state_.eps[k]};
     local_[k] = static_cast<int>(i);
     const double radius = model_.blocks[k].shape->radius;
     length_ = std::min(length_, radius);

@@ -49,6 +49,7 @@ struct IslandReport {
   Counters counters;
   std::vector<StructureContact> rows;     // contacts on structures, one per contact and step
   AuditSums audit;
+  std::vector<double> went;               // of each block, farthest that a point of it may have come from where it began, at the ends of steps [m]
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
   std::string failure;                    // empty: done
@@ -97,6 +98,7 @@ class IslandStepper {
   void reject();
   IslandReport fail_at_smallest_step();
   void rest_check(double h);
+  void measure_way();
   // island_try.cpp
   bool take(Trial& trial);
   bool refused(Trial& trial, const Outcome& outcome);
@@ -282,6 +284,8 @@ class IslandStepper {
   contact::ContactProblem problem_;
   const Island* island_ = nullptr;
   const std::atomic<int>* stop_ = nullptr;   // non-zero: end soon, what was computed since the start is thrown away
+  struct Began { Vec3 c; Quat q; Vec6 eps; };
+  std::vector<Began> began_;   // where the bodies were as the stretch began
   std::vector<Body> bodies_;
   std::vector<int> local_;                // block -> body, -1
   std::vector<Touch> touches_;            // in the order of the island's pairs

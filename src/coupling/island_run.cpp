@@ -101,6 +101,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       ++report_.counters.flights;
       report_.at_rest = false;
     }
+    measure_way();
   }
   report_.next_step = suggested_;
   return report_;
@@ -183,6 +184,16 @@ void IslandStepper::correct_structures(double t, double h) {
     }
     part.index->refit(part.structure->surface());
     ++(condensed_ ? report_.counters.condensed_steps : report_.counters.structure_steps);
+  }
+}
+
+/// Whatever a block was struck by, the partners that were looked for are those that it can meet within what it was expected to go, turning included.
+void IslandStepper::measure_way() {
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const auto k = static_cast<std::size_t>(bodies_[i].block);
+    const Began& began = began_[i];
+    const double chord = 2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
+    report_.went[i] = std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
   }
 }
 

@@ -188,10 +188,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
                             p.islands[i].blocks.empty() ? std::string("structures that touch")
                                                         : fmt::format("island of {} blocks with {}", p.islands[i].blocks.size(), model_.blocks[static_cast<std::size_t>(p.islands[i].blocks.front())].name),
                             reports[i].failure);
-    for (int b : p.islands[i].blocks) {
-      const auto k = static_cast<std::size_t>(b);
-      const double moved = (state_.blocks.c[k] - before.blocks.c[k]).norm();
-      if (!(moved > p.reach[k] + 1e-12)) continue;
+    for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
+      const int b = p.islands[i].blocks[j];
+      const double moved = reports[i].went[j];
+      if (!(moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)) continue;
       escaped = true;
       escapes_.emplace_back(b, moved);
     }

@@ -74,5 +74,26 @@ TEST(SlidingBlocks, GoThroughNoWallOfTheirGround) {
   std::filesystem::remove(path);
 }
 
+/// A rod that is struck at its end turns about its middle, which goes no farther than it would have gone: its other end goes twice as far, into what was out of reach.
+TEST(TurningBlocks, MeetWhatOnlyTheirTurningReaches) {
+  for (int i = 0; i < 8; ++i) {
+    SceneText s(Method::by_accuracy(1e-3), 0.1, Vec3::Zero());
+    s.history(0.05).material("rock", 2600).interface("*", "*", 0, "normal_stiffness = \"hard\"\nrestitution = 0.0");
+    s.box("rod", Vec3(1.6, 0.08, 0.08), Vec3::Zero(), "deformable = false\n" + velocity(Vec3(0, 0, 1)));
+    s.box("striker", Vec3(0.09, 0.09, 0.09), Vec3(0.75, -0.1 - 0.01 * i, 0), "deformable = false\n" + velocity(Vec3(0, 20, 1)));
+    s.box("plate", Vec3(0.6, 1, 4), Vec3(-0.8, -0.625, 0), "fixed = true\n");
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    EXPECT_GT(std::abs(o.rows.back().spin[0].z()), 0.1) << i;   // it was struck
+    for (const sim::HistoryRow& r : o.rows) {
+      const Mat3 R = Quat(r.orientation[0][0], r.orientation[0][1], r.orientation[0][2], r.orientation[0][3]).toRotationMatrix();
+      for (const Vec3& corner : o.simulation->header().blocks[0].shape.vertices) {
+        const Vec3 x = r.position[0] + R * corner;
+        if (x.x() < -0.5) EXPECT_GT(x.y(), -0.125 - 1e-8) << i << " at " << r.time;
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace talus::verify
