@@ -26,7 +26,11 @@ inline void add_block_six(const double* Ja, const double* T, double* H) {
 /// The contacts of a body of many degrees of freedom, the touched skin of a structure, one below the other: their block is one product.
 class Stack {
  public:
-  explicit Stack(int columns) : columns_(columns) {}
+  void begin(int columns) {
+    columns_ = columns;
+    J_.clear();
+    T_.clear();
+  }
   void add(const double* J, const double* T) {
     J_.insert(J_.end(), J, J + 3 * static_cast<std::size_t>(columns_));
     T_.insert(T_.end(), T, T + 3 * static_cast<std::size_t>(columns_));
@@ -39,8 +43,8 @@ class Stack {
   }
 
  private:
-  int columns_;
-  std::vector<double> J_, T_;
+  int columns_ = 0;
+  std::vector<double, Eigen::aligned_allocator<double>> J_, T_;   // aligned, so that sums never depend on where they lie
 };
 
 constexpr int many = 48;   // degrees of freedom from which the stack pays
@@ -85,7 +89,8 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
   for (int i = 0; i < n; ++i) lu.diagonal(body)[i * (n + 1)] = 1;
   static thread_local std::vector<double> T;   // D J
   T.resize(3 * static_cast<std::size_t>(n));
-  Stack stack(n);
+  static thread_local Stack stack;   // keeps its room
+  stack.begin(n);
   for (int e = system.first_of_body[body]; e < system.first_of_body[body + 1]; ++e) {
     const auto [i, at] = system.of_body[e];
     if (state && state[i] == open) continue;

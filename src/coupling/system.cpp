@@ -153,8 +153,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   for (StructurePart& part : env_.structures)
     if ((part.lagging_index && (searched || part.one_way)) || (blocks_move && part.followed.between >= 0)) bring_up_to_date(part);
   Plan p;
-  plan(duration, p);
-  const SystemState before = state_;
+  plan(duration, p, wider_);
+  SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
     if (p.structure_used[q]) env_.structures[q].structure->save(structures_before[q]);
@@ -180,7 +180,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t i = 0; i < p.islands.size(); ++i) run(i);
   }
 
-  bool escaped = false, stopped = false;
+  bool stopped = false;
   for (std::size_t i = 0; i < reports.size(); ++i) {
     stopped = stopped || reports[i].stopped;
     if (!reports[i].failure.empty() && failure.empty())
@@ -191,11 +191,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
       const int b = p.islands[i].blocks[j];
       const double moved = reports[i].went[j];
-      if (!(moved > p.reach[static_cast<std::size_t>(b)] + 1e-12)) continue;
-      escaped = true;
-      escapes_.emplace_back(b, moved);
+      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12) escapes_.emplace_back(b, moved);
     }
   }
+  const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
   if (escaped || stopped || !failure.empty()) {
     state_ = before;
     for (std::size_t q = 0; q < env_.structures.size(); ++q)
@@ -299,8 +298,8 @@ void CoupledSystem::widen() {
   for (const auto& [block, moved] : escapes_)
     if (!(moved <= model_.blocks[static_cast<std::size_t>(block)].shape->radius))
       throw NumericalFailure(fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size", state_.time, model_.blocks[static_cast<std::size_t>(block)].name, moved));
-  // Each of them is a new one, or went twice as far as the last time: the tries end.
-  wider_.insert(wider_.end(), escapes_.begin(), escapes_.end());
+  // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
+  for (const auto& [block, moved] : escapes_) wider_.emplace_back(block, 2 * moved);
 }
 
 bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {

@@ -94,7 +94,9 @@ class CoupledSystem {
     std::vector<SurfacePair> surfaces;   // structures that may meet
     long skipped = 0;
   };
-  void plan(double stretch, Plan& p) const;
+  /// `came`: blocks that may come farther than their speeds say, and how far [m].
+  void plan(double stretch, Plan& p, std::span<const std::pair<int, double>> came = {}) const;
+  bool meets_others(double stretch, const Plan& p, SystemState& before);
   void pair_structures(double stretch, Plan& p) const;
   void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
   bool go_to(double t, const std::atomic<int>* stop);
@@ -102,7 +104,7 @@ class CoupledSystem {
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
-  std::vector<std::pair<int, double>> escapes_, wider_;   // blocks that went farther than foreseen in the last try, and how far [m]; what the next tries foresee beyond
+  std::vector<std::pair<int, double>> escapes_, wider_;   // blocks that went farther than foreseen in the last try, and how far [m]; what the next tries foresee
   dda::Model model_;
   SystemState state_;
   Environment env_;

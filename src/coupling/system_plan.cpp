@@ -1,5 +1,6 @@
 // Who may meet whom within a stretch, and the islands that follow from it.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "contact/apart.hpp"
@@ -59,7 +60,7 @@ void CoupledSystem::pair_structures(double duration, Plan& p) const {
   }
 }
 
-void CoupledSystem::plan(double duration, Plan& p) const {
+void CoupledSystem::plan(double duration, Plan& p, std::span<const std::pair<int, double>> came) const {
   const int n = static_cast<int>(model_.blocks.size());
   const dda::State& s = state_.blocks;
   p.islands.clear();
@@ -67,6 +68,8 @@ void CoupledSystem::plan(double duration, Plan& p) const {
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
   pair_structures(duration, p);
+  std::vector<double> farther(static_cast<std::size_t>(n), 0.0);
+  for (const auto& [block, moved] : came) farther[static_cast<std::size_t>(block)] = std::max(farther[static_cast<std::size_t>(block)], moved);
   std::vector<Box3> boxes(static_cast<std::size_t>(n));
   std::vector<double> near(static_cast<std::size_t>(n));   // how far each may come, and is touched from [m]
   const double g = model_.gravity.norm();
@@ -76,8 +79,7 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     const double radius = b.shape->radius;
     if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
-    for (const auto& [block, moved] : wider_)
-      if (block == i) p.reach[k] = std::max(p.reach[k], 2 * moved);
+    p.reach[k] = std::max(p.reach[k], farther[k]);
     near[k] = p.reach[k] + 1e-5 * radius + env_.bond_stretch;
     boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), near[k]);
   }
@@ -113,6 +115,26 @@ void CoupledSystem::plan(double duration, Plan& p) const {
     }
   }
   group(pairs, fixed, sets, p);
+}
+
+/// True if blocks that came farther than foreseen (escapes_) may have met a partner that is not in the plan of the stretch, which began at `before`.
+bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& before) {
+  using Pair = std::array<int, 3>;
+  const auto listed = [](const Plan& of) {
+    std::vector<Pair> pairs;
+    for (const Island& island : of.islands)
+      for (const CandidatePair& pair : island.pairs) pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+  };
+  std::vector<std::pair<int, double>> came = wider_;
+  came.insert(came.end(), escapes_.begin(), escapes_.end());
+  Plan wide;
+  std::swap(state_, before);
+  plan(duration, wide, came);
+  std::swap(state_, before);
+  const std::vector<Pair> known = listed(p), all = listed(wide);
+  return !std::includes(known.begin(), known.end(), all.begin(), all.end());
 }
 
 /// One island per set of blocks and structures (numbered after the blocks), in the order of their first blocks; islands asleep as a whole are skipped.

@@ -125,9 +125,11 @@ class FieldOf final : public DamageField {
 
   std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const override {
     std::vector<int> list;
+    const double gap = opening * opening * opening;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!own(cells_[i])) continue;
-      bool all = result_[i].dilation * std::cbrt(geometry_[i].volume) > opening && (kept.empty() || !kept[cells_[i]]);
+      const double dilation = result_[i].dilation;
+      bool all = dilation * dilation * dilation * geometry_[i].volume > gap && (kept.empty() || !kept[cells_[i]]);
       for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
       if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
     }

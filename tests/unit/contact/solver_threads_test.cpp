@@ -121,5 +121,41 @@ TEST(VisitingOrder, RunsThatAreVisitedTogetherShareNoBody) {
   }
 }
 
+/// The touched skin of a structure is one body of many degrees of freedom: eliminated by panels.
+TEST(BlockLU, BodiesOfManyDegreesOfFreedom) {
+  for (const int many : {95, 96, 97, 150, 433}) {
+    const std::vector<int> sizes{6, many, 6};
+    const std::vector<std::pair<int, int>> pairs{{0, 1}, {1, 2}};
+    std::mt19937 random(static_cast<unsigned>(many));
+    std::uniform_real_distribution<double> entry(-1, 1);
+    const int n = many + 12;
+    MatX H = MatX::Zero(n, n);
+    const auto fill = [&](int row, int column, int rows, int columns) {
+      for (int c = 0; c < columns; ++c)
+        for (int r = 0; r < rows; ++r) H(row + r, column + c) = entry(random);
+    };
+    fill(0, 0, 6 + many, 6 + many);   // no diagonal stands out: rows are exchanged
+    fill(6, 6 + many, many, 6);
+    fill(6 + many, 6, 6, many);
+    fill(6 + many, 6 + many, 6, 6);
+    H.topLeftCorner(6, 6) += 20 * MatX::Identity(6, 6);
+    H.bottomRightCorner(6, 6) += 20 * MatX::Identity(6, 6);
+    detail::BlockLU lu;
+    lu.analyse(sizes, pairs);
+    lu.set_zero();
+    const std::vector<int> at{0, 6, 6 + many};
+    for (int b = 0; b < 3; ++b) Eigen::Map<MatX>(lu.diagonal(b), sizes[b], sizes[b]) = H.block(at[b], at[b], sizes[b], sizes[b]);
+    for (int p = 0; p < 2; ++p) {
+      const auto [a, b] = pairs[static_cast<std::size_t>(p)];
+      Eigen::Map<MatX>(lu.upper(p), sizes[a], sizes[b]) = H.block(at[a], at[b], sizes[a], sizes[b]);
+      Eigen::Map<MatX>(lu.lower(p), sizes[b], sizes[a]) = H.block(at[b], at[a], sizes[b], sizes[a]);
+    }
+    ASSERT_TRUE(lu.factor());
+    VecX x = VecX::Ones(n);
+    lu.solve(x.data());
+    EXPECT_LT((H * x - VecX::Ones(n)).cwiseAbs().maxCoeff(), 1e-9 * (1 + x.cwiseAbs().maxCoeff())) << many;
+  }
+}
+
 }  // namespace
 }  // namespace talus::contact::testing
