@@ -145,6 +145,22 @@ std::vector<StructureContact> resting_rows(const SystemState& state, const std::
   return rows;
 }
 
+/// Where a structure's skin was as a stretch began.
+struct SkinBefore {
+  std::uint64_t revision = 0;
+  std::vector<Vec3> vertices;
+};
+
+/// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and none [m].
+double farthest(const SkinBefore& before, const StructurePart& part) {
+  if (before.vertices.empty()) return 0;
+  const TriangleSurface& now = part.structure->surface();
+  if (now.revision != before.revision || now.vertices.size() != before.vertices.size()) return 0;
+  double way = 0;
+  for (std::size_t i = 0; i < now.vertices.size(); ++i) way = std::max(way, (now.vertices[i] - before.vertices[i]).squaredNorm());
+  return std::sqrt(way);
+}
+
 }  // namespace
 
 bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
@@ -156,8 +172,12 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   plan(duration, p, wider_);
   SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
-  for (std::size_t q = 0; q < env_.structures.size(); ++q)
-    if (p.structure_used[q]) env_.structures[q].structure->save(structures_before[q]);
+  std::vector<SkinBefore> skins_before(env_.structures.size());
+  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+    if (!p.structure_used[q]) continue;
+    env_.structures[q].structure->save(structures_before[q]);
+    if (!env_.structures[q].fixed_surface) skins_before[q] = {env_.structures[q].structure->surface().revision, env_.structures[q].structure->surface().vertices};
+  }
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
 
@@ -191,8 +211,12 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t j = 0; j < reports[i].went.size(); ++j) {
       const int b = p.islands[i].blocks[j];
       const double moved = reports[i].went[j];
-      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12) escapes_.emplace_back(b, moved);
+      if (moved > p.reach[static_cast<std::size_t>(b)] + 1e-12) escapes_.push_back({Partner::Kind::block, b, moved});
     }
+  }
+  for (std::size_t q = 0; q < skins_before.size(); ++q) {
+    const double moved = farthest(skins_before[q], env_.structures[q]);
+    if (moved > p.structure_reach[q] + 1e-12) escapes_.push_back({Partner::Kind::structure, static_cast<int>(q), moved});
   }
   const bool escaped = !escapes_.empty() && meets_others(duration, p, before);
   if (escaped || stopped || !failure.empty()) {
@@ -295,11 +319,11 @@ void CoupledSystem::replay(StructurePart& part, double duration, std::span<const
 
 /// What is moved out of something that it was jammed in goes its way however short the stretch: its neighbours are looked for as far as it went.
 void CoupledSystem::widen() {
-  for (const auto& [block, moved] : escapes_)
-    if (!(moved <= model_.blocks[static_cast<std::size_t>(block)].shape->radius))
-      throw NumericalFailure(fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size", state_.time, model_.blocks[static_cast<std::size_t>(block)].name, moved));
+  for (const Farther& f : escapes_)
+    if (f.kind == Partner::Kind::block && !(f.way <= model_.blocks[static_cast<std::size_t>(f.index)].shape->radius))
+      throw NumericalFailure(fmt::format("t = {:.6g} s: block {} goes {:.3g} m in the smallest stretch, farther than its size", state_.time, model_.blocks[static_cast<std::size_t>(f.index)].name, f.way));
   // Each of them is a new one, or went farther than twice what it did the last time: the tries end.
-  for (const auto& [block, moved] : escapes_) wider_.emplace_back(block, 2 * moved);
+  for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});
 }
 
 bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {

@@ -94,17 +94,22 @@ class CoupledSystem {
     std::vector<SurfacePair> surfaces;   // structures that may meet
     long skipped = 0;
   };
-  /// `came`: blocks that may come farther than their speeds say, and how far [m].
-  void plan(double stretch, Plan& p, std::span<const std::pair<int, double>> came = {}) const;
+  /// What may come farther than its speeds say, and how far [m]: a block or the skin of a structure.
+  struct Farther {
+    Partner::Kind kind = Partner::Kind::block;
+    int index = 0;
+    double way = 0;
+  };
+  void plan(double stretch, Plan& p, std::span<const Farther> farther = {}) const;
   bool meets_others(double stretch, const Plan& p, SystemState& before);
-  void pair_structures(double stretch, Plan& p) const;
+  void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
   void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
   bool go_to(double t, const std::atomic<int>* stop);
   bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
-  std::vector<std::pair<int, double>> escapes_, wider_;   // blocks that went farther than foreseen in the last try, and how far [m]; what the next tries foresee
+  std::vector<Farther> escapes_, wider_;   // what went farther than foreseen in the last try, and how far [m]; what the next tries foresee
   dda::Model model_;
   SystemState state_;
   Environment env_;

@@ -39,7 +39,7 @@ Box3 skin_box(const StructurePart& part) {
 }  // namespace
 
 /// How far each structure's skin may move, and which of them may meet.
-void CoupledSystem::pair_structures(double duration, Plan& p) const {
+void CoupledSystem::pair_structures(double duration, std::span<const Farther> farther, Plan& p) const {
   p.structure_reach.assign(env_.structures.size(), 0.0);
   p.surfaces.clear();
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
@@ -49,6 +49,8 @@ void CoupledSystem::pair_structures(double duration, Plan& p) const {
     for (const Vec3& v : part.structure->surface().velocities) fastest = std::max(fastest, v.norm());
     p.structure_reach[q] = 1.5 * duration * fastest;
   }
+  for (const Farther& f : farther)
+    if (f.kind == Partner::Kind::structure) p.structure_reach[static_cast<std::size_t>(f.index)] = std::max(p.structure_reach[static_cast<std::size_t>(f.index)], f.way);
   for (const auto& [a, b] : env_.touching_structures) {
     const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
     if (env_.structures[i].structure->quiet() && env_.structures[j].structure->quiet()) continue;
@@ -60,16 +62,17 @@ void CoupledSystem::pair_structures(double duration, Plan& p) const {
   }
 }
 
-void CoupledSystem::plan(double duration, Plan& p, std::span<const std::pair<int, double>> came) const {
+void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> farther) const {
   const int n = static_cast<int>(model_.blocks.size());
   const dda::State& s = state_.blocks;
   p.islands.clear();
   p.skipped = 0;
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
-  pair_structures(duration, p);
-  std::vector<double> farther(static_cast<std::size_t>(n), 0.0);
-  for (const auto& [block, moved] : came) farther[static_cast<std::size_t>(block)] = std::max(farther[static_cast<std::size_t>(block)], moved);
+  pair_structures(duration, farther, p);
+  std::vector<double> known(static_cast<std::size_t>(n), 0.0);   // ways of blocks
+  for (const Farther& f : farther)
+    if (f.kind == Partner::Kind::block) known[static_cast<std::size_t>(f.index)] = std::max(known[static_cast<std::size_t>(f.index)], f.way);
   std::vector<Box3> boxes(static_cast<std::size_t>(n));
   std::vector<double> near(static_cast<std::size_t>(n));   // how far each may come, and is touched from [m]
   const double g = model_.gravity.norm();
@@ -79,7 +82,7 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const std::pair<int
     const double radius = b.shape->radius;
     if (b.ndof() > 0)   // asleep or not: what wakes may move
       p.reach[k] = 1.5 * duration * (s.v[k].norm() + radius * s.w[k].norm()) + duration * duration * g + 1e-3 * radius;
-    p.reach[k] = std::max(p.reach[k], farther[k]);
+    p.reach[k] = std::max(p.reach[k], known[k]);
     near[k] = p.reach[k] + 1e-5 * radius + env_.bond_stretch;
     boxes[k] = contact::bounds(*b.shape, dda::pose(s, i), near[k]);
   }
@@ -117,7 +120,7 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const std::pair<int
   group(pairs, fixed, sets, p);
 }
 
-/// True if blocks that came farther than foreseen (escapes_) may have met a partner that is not in the plan of the stretch, which began at `before`.
+/// True if what came farther than foreseen (escapes_) may have met a partner that is not in the plan of the stretch, which began at `before`.
 bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& before) {
   using Pair = std::array<int, 3>;
   const auto listed = [](const Plan& of) {
@@ -127,11 +130,11 @@ bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& be
     std::sort(pairs.begin(), pairs.end());
     return pairs;
   };
-  std::vector<std::pair<int, double>> came = wider_;
-  came.insert(came.end(), escapes_.begin(), escapes_.end());
+  std::vector<Farther> farther = wider_;
+  farther.insert(farther.end(), escapes_.begin(), escapes_.end());
   Plan wide;
   std::swap(state_, before);
-  plan(duration, wide, came);
+  plan(duration, wide, farther);
   std::swap(state_, before);
   const std::vector<Pair> known = listed(p), all = listed(wide);
   return !std::includes(known.begin(), known.end(), all.begin(), all.end());

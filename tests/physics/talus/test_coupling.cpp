@@ -42,6 +42,25 @@ std::string refusal(const std::string& text) {
   return {};
 }
 
+/// A thin wall that a cube of 325 kg sets in motion at 20 m/s, and behind it, out of its reach as the stretch begins, a small one: how long stretches are is no matter.
+TEST(StruckSkins, MeetWhatOnlyTheBlowBringsThemTo) {
+  const auto speed_behind = [](double interval) {
+    SceneText s(Method::by_accuracy(1e-3), 0.04, Vec3::Zero());
+    s.history(interval).material("steel", 7800, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("*", "*", 0);
+    s.box("striker", Vec3(0.5, 0.5, 0.5), Vec3(-0.31, 0, 1), velocity(Vec3(20, 0, 0)));
+    s.box("behind", Vec3(0.2, 0.2, 0.2), Vec3(0.16, 0, 1));
+    const Outcome o = run_scene(s.raw(structure_box("wall", Vec3(0.1, 2, 2), Vec3(0, 0, 1), {1, 8, 8}, "steel", std::string(held_below))).str());
+    EXPECT_TRUE(o.ok()) << o.result.message;
+    double fastest = 0;
+    for (const sim::HistoryRow& r : o.rows) fastest = std::max(fastest, r.velocity[1].x());
+    return std::pair(fastest, o.last().position[1].x());
+  };
+  const auto fine = speed_behind(0.001), coarse = speed_behind(0.04);
+  EXPECT_GT(fine.first, 1);
+  EXPECT_NEAR(coarse.first, fine.first, 0.05 * fine.first);
+  EXPECT_NEAR(coarse.second, fine.second, 0.05 * fine.second);
+}
+
 TEST(BadStart, OverlapNamesTheStructureAndTheDepth) {
   const std::string message = refusal(wall(-0.7, 0.5));
   EXPECT_NE(message.find("block.B.position"), std::string::npos) << message;
