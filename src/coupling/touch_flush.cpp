@@ -42,6 +42,8 @@ Range heights_around(const contact::SurfaceIndex& index, int triangle, const Vec
 struct Support {
   Vec3 n;
   double block_level, partner_level;   // n . x [m]
+  double step = 0;                     // height of one that is none [m]
+  std::size_t touch = 0;
 };
 
 class EdgeFilter {
@@ -59,10 +61,10 @@ class EdgeFilter {
     first_.assign(m.blocks.size() + 1, 0);
     each_side([&](std::size_t block, std::size_t) { ++first_[block + 1]; });
     for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-    resting_.resize(first_.back());
+    resting_.resize(first_.back());   // in one row: a piece of a deck has hundreds, and each is asked about each
     lowest_.assign(resting_.size(), std::numeric_limits<double>::quiet_NaN());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-    each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = i; });
+    each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = support(i, static_cast<int>(block)); });
   }
 
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
@@ -77,18 +79,19 @@ class EdgeFilter {
   bool at_skin(const Touch& t) const { return t.a.kind == Partner::Kind::structure && !env_.structures[static_cast<std::size_t>(t.a.index)].fixed_surface; }
   /// Height of a step that is none, on this side.
   double step_at(const Touch& t) const { return at_skin(t) ? at_skins_ : flush_; }
-  static Support support(const Touch& s, int block) {
+  Support support(std::size_t touch, int block) const {
+    const Touch& s = touches_[touch];
     const Vec3& n = s.at.normal;
-    if (s.b == block) return {n, n.dot(s.at.point_b), n.dot(s.at.point_a)};
-    return {-n, -n.dot(s.at.point_a), -n.dot(s.at.point_b)};
+    if (s.b == block) return {n, n.dot(s.at.point_b), n.dot(s.at.point_a), step_at(s), touch};
+    return {-n, -n.dot(s.at.point_a), -n.dot(s.at.point_b), step_at(s), touch};
   }
 
   /// True if block q of t rests on a plane that parts it from the other body of t.
   bool slides(const Touch& t, int q) const {
+    const double step = step_at(t);
     for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
-      if (dropped_[resting_[k]] != 0) continue;
-      const Touch& s = touches_[resting_[k]];
-      if (std::abs(s.at.normal.dot(t.at.normal)) <= parallel_cosine && parts(support(s, q), t, q, std::max(step_at(s), step_at(t)), lowest_[k])) return true;
+      const Support& s = resting_[k];
+      if (dropped_[s.touch] == 0 && std::abs(s.n.dot(t.at.normal)) <= parallel_cosine && parts(s, t, q, std::max(s.step, step), lowest_[k])) return true;
     }
     return false;
   }
@@ -123,7 +126,8 @@ class EdgeFilter {
   const std::vector<Touch>& touches_;
   std::vector<char> dropped_;
   mutable std::vector<double> lowest_;         // of each of resting_
-  std::vector<std::size_t> first_, resting_;   // contacts of every block, ascending, from first_[block] on
+  std::vector<std::size_t> first_;
+  std::vector<Support> resting_;               // contacts of every block, ascending, from first_[block] on
 };
 
 }  // namespace
