@@ -80,7 +80,7 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
   }
 }
 
-/// Rebuilds results.h5 if the journal has grown by half, a large one to the fourfold: the sum of all rebuilds is then a geometric series, of a third of the last one's cost.
+/// Rebuilds results.h5 if the journal has grown by half, a large one to the fourfold: the sum of all rebuilds is then a geometric series.
 void Recorder::Impl::grow() {
   constexpr std::uint64_t large = 256u << 20;
   if (journal->position() < (built_at < large ? built_at + built_at / 2 : 4 * built_at)) return;

@@ -50,7 +50,7 @@ function lowContrast() {
   return [...found];
 }
 // Brings the section to the top and waits until the page stands still there: the page scrolls smoothly, and a scroll that is under way, or what is laid out late, moves it on.
-async function scrollTo(page, id) {
+async function bringToTop(page, id) {
   for (let still = 0, k = 0; still < 3; k++) {
     assert.ok(k < 300, `the page comes to rest at #${id}`);
     const off = await page.evaluate((i) => { const e = document.getElementById(i), before = e.getBoundingClientRect().top; e.scrollIntoView({ behavior: "instant" }); return Math.abs(e.getBoundingClientRect().top - before); }, id);
@@ -142,7 +142,7 @@ const tests = {
 
       // The wheel scrolls the page until the view is chosen; then it goes to what is under the pointer, whatever lies behind or before the point turned about.
       await page.evaluate(() => { document.activeElement.blur(); window.talus.setTime(3); window.talus.preset("overview", true); });
-      await scrollTo(page, "playback");
+      await bringToTop(page, "playback");
       const [bx, by] = await page.evaluate(() => window.talus.onScreen(0)), away = await page.evaluate(() => window.talus.distance(0));
       await page.mouse.move(bx, by);
       const scrolled = await page.evaluate(() => scrollY);
@@ -151,13 +151,13 @@ const tests = {
       await page.waitForFunction((y) => scrollY > y, scrolled);
       assert.ok(Math.abs((await page.evaluate(() => window.talus.distance(0))) / away - 1) < 1e-9, "a page that scrolls does not zoom");
       for (let k = 0; k < 20 && !(await page.evaluate(() => window.hinted)); k++) {   // what was laid out late has moved the view from under the pointer
-        await scrollTo(page, "playback");
+        await bringToTop(page, "playback");
         await page.mouse.move(...(await page.evaluate(() => window.talus.onScreen(0))));
         await page.mouse.wheel(0, 120);
         await page.waitForTimeout(300);
       }
       assert.ok(await page.evaluate(() => window.hinted), "a wheel over the view that is not chosen says how to zoom");
-      await scrollTo(page, "playback");
+      await bringToTop(page, "playback");
       await page.mouse.move(bx, by);
       await page.evaluate((y) => scrollTo({ top: y, behavior: "instant" }), scrolled);
       await page.evaluate(() => document.getElementById("view").focus({ preventScroll: true }));

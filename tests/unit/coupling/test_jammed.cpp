@@ -69,6 +69,18 @@ TEST(Jammed, BetweenTwoSidesIsNotLedOut) {
   EXPECT_LT(jam.largest_impulse(), 0.2);   // the body brings 0.1 N s
 }
 
+/// Of the rows that are spared, and of no other.
+TEST(Jammed, WhatIsKeptOfAStartIsAsked) {
+  Jam jam;
+  jam.row(skin, Vec3::UnitX(), -asked);
+  jam.row(skin, -Vec3::UnitX(), -asked);
+  jam.row(ground, Vec3::UnitZ(), 0);
+  for (contact::ProblemContact& c : jam.problem.contacts) c.impulse = Vec3(8, 2, -4);
+  spare_jammed(jam.touches, 1e-7, 0.75, jam.problem);
+  for (int side : {0, 1}) EXPECT_EQ(jam.problem.contacts[static_cast<std::size_t>(side)].impulse, Vec3(6, 1.5, -3));
+  EXPECT_EQ(jam.problem.contacts[2].impulse, Vec3(8, 2, -4));
+}
+
 TEST(Jammed, WhatIsFreeOnTheOtherSideIsLedOut) {
   Jam jam;
   jam.row(skin, Vec3::UnitX(), -asked);
