@@ -20,6 +20,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "coupling/node_places.hpp"
 #include "coupling/pair_watch.hpp"
 #include "coupling/spring_carry.hpp"
 #include "coupling/touch.hpp"
@@ -312,6 +313,7 @@ class IslandStepper {
   double found_for_ = -1;                 // step whose reach the touches cover at the present state; -1: none
   struct NodeBody { int structure, node; Vec3 v_hat, v_before; double mass; };
   std::vector<NodeBody> nodes_;
+  NodePlaces node_places_;
   struct Skin { int structure; std::vector<int> node; MatX inverse; VecX v_hat, v_before; };   // touched nodes, ascending; their W
   std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;                // the structures take condensed steps

@@ -27,6 +27,7 @@ constexpr double impact_round_off = 1e-10;   // of the energy: impacts are solve
 bool IslandStepper::impact_rows(double scale) {
   problem_.clear();
   nodes_.clear();
+  node_places_.clear();
   held_.clear();
   bool restituted = false;
   for (Touch& t : touches_) {

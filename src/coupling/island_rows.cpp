@@ -72,17 +72,12 @@ Vec3 IslandStepper::add_structure_terms(int row, int structure, const SurfaceWei
       held_.push_back({structure, node, row, sign * weight, sign * aside});
       continue;
     }
-    int body = -1;
-    for (std::size_t k = 0; k < nodes_.size(); ++k)
-      if (nodes_[k].structure == structure && nodes_[k].node == node) body = static_cast<int>(k);
-    if (body < 0) {
-      body = static_cast<int>(nodes_.size());
-      nodes_.push_back({structure, node, v_hat, s.node_velocity(node), mass});
-    }
+    const auto [place, fresh] = node_places_.place(structure, node);
+    if (fresh) nodes_.push_back({structure, node, v_hat, s.node_velocity(node), mass});
     const int offset = static_cast<int>(problem_.jacobians.size());
     const Mat3 j = sign * frame.transpose() * (weight * Mat3::Identity() + aside * frame.col(0).transpose());
     problem_.jacobians.insert(problem_.jacobians.end(), j.data(), j.data() + 9);
-    problem_.terms.push_back({static_cast<int>(bodies_.size()) + body, offset});
+    problem_.terms.push_back({static_cast<int>(bodies_.size()) + place, offset});
   }
   u_ref += sign * (frame.transpose() * velocity);
   return velocity;
@@ -134,6 +129,7 @@ void IslandStepper::begin_rows() {
   }
   jacobians_ = 0;
   nodes_.clear();
+  node_places_.clear();
   held_.clear();
 }
 

@@ -65,6 +65,11 @@ class EdgeFilter {
     lowest_.assign(resting_.size(), std::numeric_limits<double>::quiet_NaN());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = support(i, static_cast<int>(block)); });
+    planes_.resize(static_cast<Eigen::Index>(resting_.size()), 6);
+    for (std::size_t k = 0; k < resting_.size(); ++k) {
+      const Support& r = resting_[k];
+      planes_.row(static_cast<Eigen::Index>(k)) << r.n.x(), r.n.y(), r.n.z(), std::min(r.block_level, r.partner_level), std::max(r.block_level, r.partner_level), r.step;
+    }
   }
 
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
@@ -88,21 +93,28 @@ class EdgeFilter {
 
   /// True if block q of t rests on a plane that parts it from the other body of t.
   bool slides(const Touch& t, int q) const {
+    const std::size_t first = first_[static_cast<std::size_t>(q)], count = first_[static_cast<std::size_t>(q) + 1] - first;
+    if (count == 0) return false;
     const double step = step_at(t);
-    for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
-      const Support& s = resting_[k];
-      if (dropped_[s.touch] == 0 && std::abs(s.n.dot(t.at.normal)) <= parallel_cosine && parts(s, t, q, std::max(s.step, step), lowest_[k])) return true;
+    // Most are told apart by normals and touched points alone: all at once.
+    const auto of = planes_.middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(count));
+    const auto along = [&](const Vec3& x) { return of.col(0) * x.x() + of.col(1) * x.y() + of.col(2) * x.z(); };
+    const bool q_is_b = t.b == q;
+    const Vec3 &above = q_is_b ? t.at.point_b : t.at.point_a, &below = q_is_b ? t.at.point_a : t.at.point_b;
+    room_ = (parallel_cosine - along(t.at.normal).abs()).min(along(above) - of.col(3) + of.col(5).max(step)).min(of.col(4) + of.col(5).max(step) - along(below));
+    for (std::size_t k = 0; k < count; ++k) {
+      if (room_[static_cast<Eigen::Index>(k)] < 0) continue;
+      const Support& s = resting_[first + k];
+      if (dropped_[s.touch] == 0 && parts(s, t, q, std::max(s.step, step), lowest_[first + k])) return true;
     }
     return false;
   }
 
-  /// True if the plane has block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
+  /// True if the plane, which has the touched points on either side, has all of block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
   bool parts(const Support& p, const Touch& t, int q, double step, double& lowest) const {
     if (t.at.area > 0 && std::abs(p.block_level - p.partner_level) > step) return false;   // what has sunk in overlaps the other side's faces, too
     const double low = std::min(p.block_level, p.partner_level) - step, high = std::max(p.block_level, p.partner_level) + step;
     const bool q_is_b = t.b == q;
-    // Most are told apart by the touched points alone.
-    if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
     if (std::isnan(lowest)) lowest = heights(model_, state_, q, p.n).low;
     if (lowest < low) return false;
     if (!q_is_b) return heights(model_, state_, t.b, p.n).high <= high;
@@ -128,6 +140,8 @@ class EdgeFilter {
   mutable std::vector<double> lowest_;         // of each of resting_
   std::vector<std::size_t> first_;
   std::vector<Support> resting_;               // contacts of every block, ascending, from first_[block] on
+  Eigen::Array<double, Eigen::Dynamic, 6> planes_;   // of each of them: n, the lower and the upper of its levels, its step
+  mutable Eigen::ArrayXd room_;                // of those of one block: negative where the plane parts nothing
 };
 
 }  // namespace

@@ -128,8 +128,7 @@ class FieldOf final : public DamageField {
     const double gap = opening * opening * opening;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!own(cells_[i])) continue;
-      const double dilation = result_[i].dilation;
-      bool all = dilation * dilation * dilation * geometry_[i].volume > gap && (kept.empty() || !kept[cells_[i]]);
+      bool all = result_[i].opened > gap && (kept.empty() || !kept[cells_[i]]);
       for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
       if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
     }
@@ -245,7 +244,7 @@ class FieldOf final : public DamageField {
     LawResult result;
     result.grew = law_.stress8(&e.at.strain[0][0], rates, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
     result.largest_strain = e.at.largest;
-    result.dilation = e.at.dilation;
+    result.opened = e.at.dilation * e.at.dilation * e.at.dilation * g.volume;
     if (result.grew && motion.v && motion.step > 0 && points_.largest_way(g, motion.v, motion.step) > path_increment * peak_strain_) {
       alignas(64) double before[6][8], way[6][8];
       points_.before(g, e.at, motion.v, motion.step, finite_, before, way);

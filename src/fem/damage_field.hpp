@@ -39,7 +39,7 @@ struct Motion {
 struct LawResult {
   double energy = 0, dissipation = 0;  // [J]
   double largest_strain = 0;           // Frobenius norm, a bound on the principal values
-  double dilation = 0;                 // mean trace of the strain: a crack of width w opens a cell of edge l by w / l
+  double opened = 0;                   // cube of the mean trace of the strain times the volume: a crack of width w opens a cell of edge l by w / l [m^3]
   bool grew = false;
 };
 

@@ -3,12 +3,13 @@
 ///   R(t) = mean of (r - r_0),      V(t), M(t), N(t) = means of the section forces,      peak = max over t (and stations) of their sizes
 ///
 /// Reactions are taken in every step, where they are at hand. Section forces cost as much as their layers of cells: a sample every `member_bin`
-/// stands for the time since the one before.
+/// stands for the time since the one before. Crack widths, which cost the law of every cracked cell, are looked at every `width_bin`.
 ///
 /// symbol   meaning                                              unit        shape
 /// r        what the structure presses on its supports           N, N m      6: force, moment
 /// r_0      the same under permanent load, at the start          N, N m      6
 #pragma once
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -26,6 +27,8 @@ class LoadTrack {
   void react(double t, double duration, const Vec6& reaction);
   /// Whether so much time has passed since the last sample of the members, this step included, that another is due.
   bool due(double duration, double spacing = member_bin) const { return since_ + duration >= spacing * (1 - 1e-9); }
+  /// Whether the sample that is due at t, the end of a step of `duration`, is the first after a multiple of `width_bin`: it is to have crack widths [s].
+  bool widths_due(double t, double duration) const { return std::floor(t / width_bin) > std::floor((t - since_ - duration) / width_bin); }
   /// A step passes without one;
   void pass(double duration) { since_ += duration; }
   /// and without a reaction.
@@ -39,7 +42,7 @@ class LoadTrack {
   std::size_t restore(std::span<const double> state);
 
  private:
-  static constexpr double reaction_bin = 1e-4, member_bin = 2.5e-4;   // [s]
+  static constexpr double reaction_bin = 1e-4, member_bin = 2.5e-4, width_bin = 1e-3;   // [s]
   void judge(double t, std::size_t member, const Member& shape, std::span<const double> forces);
 
   Vec6 at_start_ = Vec6::Zero();

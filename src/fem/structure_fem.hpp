@@ -230,7 +230,8 @@ class FemStructure : public Structure {
   void set_members();
   void begin_loads();
   void watch_loads(double t, double h);   // of the step that has come to t, its impulses in place
-  MemberState member_state(std::size_t member, AlignedVector& force) const;
+  std::vector<MemberState> find_member_states(bool widths) const;
+  MemberState member_state(std::size_t member, AlignedVector& force, bool widths) const;
   // structure_capacity.cpp
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
   void compute_only(const std::vector<char>& cells);

@@ -52,13 +52,19 @@ void FemStructure::set_members() {
 }
 
 std::vector<MemberState> FemStructure::member_states() const {
-  if (member_states_.empty() && !members_.empty()) {
-    share_motion();
-    share_bars();
-    AlignedVector force(u_.size(), 0.0);
-    for (std::size_t k = 0; k < members_.size(); ++k) member_states_.push_back(member_state(k, force));
-  }
+  if (member_states_.empty()) member_states_ = find_member_states(true);
   return member_states_;
+}
+
+/// Crack widths (`widths`; else 0) ask the law of every cracked cell once more.
+std::vector<MemberState> FemStructure::find_member_states(bool widths) const {
+  std::vector<MemberState> states;
+  if (members_.empty()) return states;
+  share_motion();
+  share_bars();
+  AlignedVector force(u_.size(), 0.0);
+  for (std::size_t k = 0; k < members_.size(); ++k) states.push_back(member_state(k, force, widths));
+  return states;
 }
 
 /// What it carries now is what it carries for good.
@@ -71,12 +77,13 @@ void FemStructure::begin_loads() {
 void FemStructure::watch_loads(double t, double h) {
   if (!load_track_.begun()) return;
   load_track_.react(t, h, support_reaction(h));
-  if (load_track_.due(h)) load_track_.sample(t, h, members_, member_states());
-  else load_track_.pass(h);
+  if (!load_track_.due(h)) load_track_.pass(h);
+  else if (load_track_.widths_due(t, h)) load_track_.sample(t, h, members_, member_states());
+  else load_track_.sample(t, h, members_, find_member_states(false));
 }
 
 /// `force` is zero on entry and on return.
-MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) const {
+MemberState FemStructure::member_state(std::size_t k, AlignedVector& force, bool widths) const {
   MemberPlace& m = member_places_[k];
   const Vec3 x = members_[k].axis_x, y = members_[k].axis_y, z = x.cross(y);
   MemberState state;
@@ -111,9 +118,9 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force) cons
   if (std::none_of(m.place.top.begin(), m.place.top.end(), [&](int n) { return cells_at_node_[n] > 0; })) state.drift.fill(std::numeric_limits<double>::quiet_NaN());
   for (int cell : m.place.cells) {
     if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
-    else if (damage_ && own_cell(cell)) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
+    else if (widths && damage_ && own_cell(cell)) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));
   }
-  state.crack_width = largest(state.crack_width);
+  if (widths) state.crack_width = largest(state.crack_width);
   if (bars_) {
     const Bars::Counts bars = bars_->count(m.segments);
     state.bars_yielded = bars.yielded;

@@ -68,13 +68,14 @@ void FemStructure::rebuild_skin() {
 const TriangleSurface& FemStructure::surface() const {
   if (surface_stale_) {
     share_skin();
-    for (std::size_t i = 0; i < surface_.vertices.size(); ++i) {
-      const auto& from = surface_.nodes[i];
-      Vec3 x = Vec3::Zero(), v = Vec3::Zero();
-      for (int k = 0; k < from.count; ++k) x += from.weight[k] * position(from.node[k]), v += from.weight[k] * velocity(from.node[k]);
-      surface_.vertices[i] = x;
-      surface_.velocities[i] = v;
-    }
+    // The nodes of the skin come first, then the middle of every face, four triangles around each (rebuild_skin()).
+    const std::size_t nodes = skin_node_.size();
+    for (std::size_t i = 0; i < nodes; ++i) surface_.vertices[i] = position(skin_node_[i]), surface_.velocities[i] = velocity(skin_node_[i]);
+    const auto middle = [&](std::vector<Vec3>& of, std::size_t q) {
+      const auto corner = [&](std::size_t k) -> const Vec3& { return of[static_cast<std::size_t>(surface_.triangles[4 * q + k][0])]; };
+      of[nodes + q] = 0.25 * ((corner(0) + corner(1)) + (corner(2) + corner(3)));
+    };
+    for (std::size_t q = 0; q < skin_.size(); ++q) middle(surface_.vertices, q), middle(surface_.velocities, q);
     surface_stale_ = false;
   }
   return surface_;

@@ -70,10 +70,10 @@ Id link_properties() {
   return {p, H5Pclose};
 }
 
-/// Arrays above this are stored in chunks, shuffled and deflated: sleeping blocks then cost next to nothing.
+/// Arrays above this are stored in chunks, if deflated then shuffled: sleeping blocks then cost next to nothing.
 constexpr std::size_t chunk_bytes = 1 << 18;
 
-Id dataset_properties(const Dims& dims, std::size_t item) {
+Id dataset_properties(const Dims& dims, std::size_t item, Hdf5File::Packing packing = Hdf5File::Packing::deflated) {
   const hid_t p = H5Pcreate(H5P_DATASET_CREATE);
   // Creation times are kept out, so that two equal runs write equal bytes.
   H5Pset_obj_track_times(p, 0);
@@ -83,8 +83,7 @@ Id dataset_properties(const Dims& dims, std::size_t item) {
     std::vector<hsize_t> chunk = extent(dims);
     chunk[0] = std::clamp<std::size_t>(chunk_bytes / row, 1, dims[0]);
     H5Pset_chunk(p, static_cast<int>(chunk.size()), chunk.data());
-    H5Pset_shuffle(p);
-    H5Pset_deflate(p, 1);
+    if (packing == Hdf5File::Packing::deflated) H5Pset_shuffle(p), H5Pset_deflate(p, 1);
   }
   return {p, H5Pclose};
 }
@@ -229,8 +228,8 @@ void Hdf5File::hard_link(const std::string& existing, const std::string& alias) 
   if (H5Lcreate_hard(id_, existing.c_str(), id_, alias.c_str(), links, H5P_DEFAULT) < 0) write_failed(path_, alias);
 }
 
-void Hdf5File::create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description) {
-  const Id properties = dataset_properties(dims, sizeof(double));
+void Hdf5File::create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description, Packing packing) {
+  const Id properties = dataset_properties(dims, sizeof(double), packing);
   const double nan = std::numeric_limits<double>::quiet_NaN();
   H5Pset_fill_value(properties, H5T_NATIVE_DOUBLE, &nan);
   const Id dataset = create_dataset(id_, path, H5T_NATIVE_DOUBLE, dims, properties);

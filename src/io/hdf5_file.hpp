@@ -46,7 +46,9 @@ class Hdf5File {
   void group(const std::string& path);
   void hard_link(const std::string& existing, const std::string& alias);
   /// Creates an array of doubles to be filled by write_rows; what is never written reads as NaN.
-  void create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description);
+  /// What hardly shrinks is quicker kept `plain` than deflated.
+  enum class Packing { deflated, plain };
+  void create_rows(const std::string& path, const Dims& dims, const std::string& unit, const std::string& description, Packing packing = Packing::deflated);
   void create_rows_int(const std::string& path, const Dims& dims, const std::string& description);
   void write_rows(const std::string& path, std::size_t first, std::size_t rows, const double* values);
   void write_rows(const std::string& path, std::size_t first, std::size_t rows, const std::int64_t* values);

