@@ -31,10 +31,8 @@ ElementMatrix framed(const ElementMatrix& k, const Mat3& t) {
   return out;
 }
 
-}  // namespace
-
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
-                                   const std::vector<char>* live, const std::vector<Mat3>* frames) {
+/// Entries of cells and springs, lower part by column, in order; no values.
+SymmetricMatrix pattern_of(const HexMesh& mesh, const DofMap& dofs, const std::vector<Spring>& springs) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
@@ -63,8 +61,21 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
     std::sort(m.row.begin() + m.column[column], m.row.end());
     m.column[column + 1] = static_cast<std::int64_t>(m.row.size());
   }
-  m.value.assign(m.row.size(), 0.0);
+  return m;
+}
 
+}  // namespace
+
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
+                                   const std::vector<char>* live, const std::vector<Mat3>* frames, const SymmetricMatrix* like) {
+  SymmetricMatrix m = like != nullptr ? SymmetricMatrix{like->n, like->column, like->row, {}} : pattern_of(mesh, dofs, springs);
+  m.value.assign(m.row.size(), 0.0);
+  bool fits = true;
+  const auto add = [&](int row, int column, double value) {
+    const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1], at = std::lower_bound(first, last, row);
+    if (at == last || *at != row) fits = false;
+    else m.value[at - m.row.begin()] += value;
+  };
   ElementMatrix shared, k;
   int of = -1;
   const auto same_shape = [&](int a, int b) {
@@ -74,7 +85,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
     }
     return true;
   };
-  for (int cell = 0; cell < cells; ++cell) {
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
     if (live != nullptr && !(*live)[cell]) continue;
     if (of < 0 || !same_shape(of, cell)) shared = element_stiffness(mesh, cell, shear, bulk), of = cell;
     k = frames != nullptr ? framed(shared, (*frames)[static_cast<std::size_t>(cell)]) : shared;
@@ -83,9 +94,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
       if (column < 0) continue;
       for (int a = 0; a < 24; ++a) {
         const int row = dofs.number[mesh.hexes[cell][a / 3]][a % 3];
-        if (row < column) continue;
-        const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1];
-        m.value[std::lower_bound(first, last, row) - m.row.begin()] += k(a, b);
+        if (row >= column) add(row, column, k(a, b));
       }
     }
   }
@@ -95,11 +104,9 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
         for (int j = 0; j < 3; ++j)
           for (int i = 0; i < 3; ++i) {
             const int column = dofs.number[spring.node[b]][j], row = dofs.number[spring.node[a]][i];
-            if (column < 0 || row < column) continue;
-            const auto first = m.row.begin() + m.column[column], last = m.row.begin() + m.column[column + 1];
-            m.value[std::lower_bound(first, last, row) - m.row.begin()] += spring.weight[a] * spring.weight[b] * spring.stiffness(i, j);
+            if (column >= 0 && row >= column) add(row, column, spring.weight[a] * spring.weight[b] * spring.stiffness(i, j));
           }
-  return m;
+  return fits ? m : assemble_stiffness(mesh, dofs, shear, bulk, springs, live, frames);   // `like` lacked some
 }
 
 }  // namespace talus::fem

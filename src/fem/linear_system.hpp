@@ -36,9 +36,11 @@ struct Spring {
   Mat3 stiffness = Mat3::Zero();  // [N/m]
 };
 
-/// `live`: cells that count, per cell; null: all. `frames`: T of each cell, whose stiffness is T K_e T^T node by node; null: 1.
+/// `live`: cells that count, per cell; null: all. `frames`: T of each cell, whose stiffness is T K_e T^T node by node; null: 1. `like`: has the entries already,
+/// of the same mesh; null: they are found anew.
 SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs = {},
-                                   const std::vector<char>* live = nullptr, const std::vector<Mat3>* frames = nullptr);
+                                   const std::vector<char>* live = nullptr, const std::vector<Mat3>* frames = nullptr,
+                                   const SymmetricMatrix* like = nullptr);
 
 class Factorization;
 

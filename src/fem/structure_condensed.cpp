@@ -197,7 +197,7 @@ Condensed& FemStructure::condensed(double h) {
         if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
     const bool whole = frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
     const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;
-    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(frames), &live_, frames);
+    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(frames), &live_, frames, &stiffness_);
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
