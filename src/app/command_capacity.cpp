@@ -8,6 +8,7 @@
 
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
+#include "app/tell.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
 #include "sim/simulation.hpp"
@@ -71,9 +72,10 @@ json entry(const std::string& structure, const PushDown& now, const PushDown& bu
 int command_capacity(const Options& options) {
   namespace fs = std::filesystem;
   const fs::path directory = options.input;
+  io::require_idle(directory);
   const FinalState final = load_final_state(directory);
   sim::Simulation simulation(final.scene, [](const std::string& line) {
-    if (line.starts_with("push-down")) fmt::print(stderr, "{}\n", line);
+    if (line.starts_with("push-down")) tell("{}\n", line);
   });
   const std::vector<Structure*> structures = simulation.structures();
   std::error_code none;
@@ -85,9 +87,9 @@ int command_capacity(const Options& options) {
   for (std::size_t q = 0; q < structures.size(); ++q) {
     if (!structures[q]) continue;
     Structure& s = *structures[q];
-    fmt::print(stderr, "{} as built:\n", final.scene.structures[q].name);
+    tell("{} as built:\n", final.scene.structures[q].name);
     const std::vector<PushDown> built = s.push_down();
-    fmt::print(stderr, "{} as it stands now:\n", final.scene.structures[q].name);
+    tell("{} as it stands now:\n", final.scene.structures[q].name);
     s.restore(final.of(static_cast<int>(q)));
     const std::vector<PushDown> now = s.push_down();
     const std::vector<MemberState> states = s.member_states();

@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "app/commands.hpp"
+#include "app/tell.hpp"
 #include "io/final_state.hpp"
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
@@ -33,7 +34,7 @@ int command_check(const Options& options) {
   sim::Simulation simulation(std::move(scene));
   if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) simulation.start_from(io::read_final_state(previous), previous);
   const std::vector<Problem> problems = simulation.warnings();
-  for (const Problem& warning : problems) fmt::print(stderr, "{}\n", warning.str());
+  for (const Problem& warning : problems) tell("{}\n", warning.str());
   const std::size_t warnings = problems.size();
   const std::string title = simulation.header().title;
   fmt::print("{}{}\n", title.empty() ? "" : title + "\n\n", "Plan");

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "app/commands.hpp"
+#include "app/tell.hpp"
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
 #include "geometry/mesh.hpp"
@@ -26,7 +27,7 @@ bool is_raster(const std::string& path) { return path.ends_with(".asc") || path.
 /// A grid as the terrain that a scene would make of it.
 void raster_to_mesh(const std::string& in, const std::string& out) {
   const geometry::Terrain terrain = geometry::load_terrain(in);
-  for (const Problem& warning : terrain.warnings) fmt::print(stderr, "{}\n", warning.str());
+  for (const Problem& warning : terrain.warnings) tell("{}\n", warning.str());
   geometry::Mesh mesh;
   mesh.vertices = terrain.surface.vertices;
   mesh.triangles = terrain.surface.triangles;
@@ -70,7 +71,7 @@ int repair_mesh(const std::string& in, const std::string& out) {
   geometry::write_mesh(out, mesh);
   fmt::print("{} vertices welded, {} triangles dropped, {} turned{}, {} holes filled with {} triangles\n{}\n", report.vertices_welded, report.triangles_dropped, report.triangles_turned,
              report.turned_inside_out ? " (the surface was inside out)" : "", report.holes_filled, report.triangles_added, out);
-  for (const Problem& problem : report.remaining) fmt::print(stderr, "{}\n", problem.str());
+  for (const Problem& problem : report.remaining) tell("{}\n", problem.str());
   return report.remaining.empty() ? done : fell_short;
 }
 

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/tell.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/cut.hpp"
 #include "io/files.hpp"
@@ -29,11 +30,13 @@ int command_cut(const Options& options) {
   }
   const fs::path directory = options.output;
   io::check_directory(directory);
-  for (const Problem& warning : scene.warnings) fmt::print(stderr, "{}\n", warning.str());
+  if (fs::exists(directory / "results.h5") || fs::exists(directory / "journal.bin"))
+    throw io::bad_file(directory, "-o", "holds the results of a run, which would be lost", "name another directory");
+  for (const Problem& warning : scene.warnings) tell("{}\n", warning.str());
   const scene::RockMass& mass = *scene.rock_mass;
   const geometry::CutSpec spec = sim::cut_spec(mass);
   const geometry::CutResult cut = geometry::cut(spec);
-  for (const Problem& warning : cut.warnings) fmt::print(stderr, "{}\n", warning.str());
+  for (const Problem& warning : cut.warnings) tell("{}\n", warning.str());
 
   // Removability needs the strength of each joint: the set's own where it is given, else the law of the rock against itself.
   const ContactLaw& law = scene.laws(mass.material, mass.material);
@@ -51,7 +54,7 @@ int command_cut(const Options& options) {
   };
   const std::vector<geometry::KeyBlock> key_blocks = geometry::key_blocks(cut, keys);
 
-  io::claim_directory(directory);
+  const io::DirectoryLock lock = io::claim_directory(directory);
   const auto file = [&](const char* name) { return (directory / name).string(); };
   geometry::write_mesh(file("blocks.obj"), geometry::block_system(cut, mass.block_prefix));
   geometry::write_blocks_vtu(file("blocks.vtu"), cut, key_blocks);

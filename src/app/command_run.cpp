@@ -11,6 +11,7 @@
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
 #include "app/run_checkpoint.hpp"
+#include "app/tell.hpp"
 #include "app/together.hpp"
 #include "core/ranks.hpp"
 #include "io/final_state.hpp"
@@ -98,7 +99,7 @@ std::optional<std::uint64_t> resume_from(const fs::path& directory, const std::s
   }
   if (!fs::exists(directory / io::marker_name))
     throw io::bad_file(directory, "--resume", "there is no run to go on with", "leave --resume out to start one, or name its directory with -o");
-  fmt::print(stderr, "No checkpoint yet in {}: starting from t = 0.\n", directory.string());
+  tell("No checkpoint yet in {}: starting from t = 0.\n", directory.string());
   return {};
 }
 
@@ -142,6 +143,9 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   on_signals(on_early_signal);
   const fs::path directory = output_directory(options);
   io::check_directory(directory);
+  std::vector<fs::path> inputs;
+  for (const auto& [path, hash] : scene.files) inputs.emplace_back(path);
+  io::spare_inputs(directory, inputs);
   const std::string resolved = scene.resolved_json;
   const std::string hash = scene_hash(resolved);
   const std::string scene_file = scene.file;
@@ -154,7 +158,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     else reports.push_back(line);
   });
   const std::vector<Problem> warnings = simulation.warnings();
-  for (const Problem& warning : warnings) fmt::print(stderr, "{}\n", warning.str());
+  for (const Problem& warning : warnings) tell("{}\n", warning.str());
   carry_over(simulation, carry_blocks);
   std::optional<std::uint64_t> position;   // of the journal, where a run goes on
   if (options.resume) {
@@ -211,7 +215,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   for (const std::string& text : io::summary_warnings(summary)) {
     if (const auto& told = recorder->warnings(); std::find(told.begin(), told.end(), text) != told.end()) continue;   // at the start, or as it happened
     recorder->log().warning("summary", {{"text", text}});
-    fmt::print(stderr, "warning: {}\n", text);
+    tell("warning: {}\n", text);
   }
   warn_of_departed(recorder->log(), simulation.departed());
   if (report && result.exit_code == 128 + SIGTERM)   // whoever sent it waits for the end

@@ -1,4 +1,5 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
+#include <fcntl.h>
 #include <malloc.h>
 
 #include <csignal>
@@ -7,10 +8,12 @@
 #include <exception>
 #include <functional>
 #include <map>
+#include <system_error>
 
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "app/tell.hpp"
 #include "app/together.hpp"
 #include "io/files.hpp"
 
@@ -33,7 +36,7 @@ int dispatch(const CLI::App& cli, const Options& options) {
   }
   const auto found = commands.find(name);
   if (found == commands.end()) {
-    fmt::print(stderr, "{}", cli.help());
+    tell("{}", cli.help());
     return bad_input;
   }
   require_one_rank(name);
@@ -49,6 +52,12 @@ void keep_pages() {
   mallopt(M_TRIM_THRESHOLD, 64 * mebibyte);
   mallopt(M_TOP_PAD, 4 * mebibyte);
 #endif
+}
+
+/// Of the three standard streams those that are closed: else the next file takes their number, and words end in it.
+void open_closed_streams() {
+  for (int fd = 0; fd <= 2; ++fd)
+    if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", fd == 0 ? O_RDONLY : O_WRONLY) < 0) std::abort();
 }
 
 int run(int argc, char** argv) {
@@ -67,7 +76,7 @@ int run(int argc, char** argv) {
     fmt::print("{}", cli->help("", CLI::AppFormatMode::All));
     return done;
   } catch (const CLI::ParseError& error) {
-    fmt::print(stderr, "talus: error: {}; see talus --help\n", error.what());
+    tell("talus: error: {}; see talus --help\n", error.what());
     return bad_input;
   }
   if (options.man) {
@@ -86,6 +95,7 @@ int run(int argc, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace talus;
+  app::open_closed_streams();
   app::keep_pages();
   std::signal(SIGXFSZ, SIG_IGN);   // a file-size limit is a write error with a message, not a death
   std::string text;
@@ -103,6 +113,8 @@ int main(int argc, char** argv) {
     text = fmt::format("talus: {}", error.what());
   } catch (const io::WriteError& error) {
     text = fmt::format("talus: {}; when it can be written again, go on with --resume", error.what());
+  } catch (const std::system_error& error) {   // of the standard output
+    text = fmt::format("talus: cannot go on: {}", error.what());
   } catch (const std::bad_alloc&) {
     text = "talus: not enough memory; talus check tells how much the scene needs";
   } catch (const std::exception& error) {

@@ -5,6 +5,8 @@
 
 #include <cstdio>
 
+#include "app/tell.hpp"
+
 namespace talus::app {
 
 ProgressLine::ProgressLine() : terminal_(isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(terminal_ ? start_ - std::chrono::hours(1) : start_) {}
@@ -20,14 +22,14 @@ void ProgressLine::show(double time, double duration, const sim::RunCounters& co
     const long seconds = static_cast<long>((duration - time) / (time - first_time_) * elapsed + 0.5);
     left = seconds >= 3600 ? fmt::format("{}:{:02d}:{:02d}", seconds / 3600, seconds / 60 % 60, seconds % 60) : fmt::format("{}:{:02d}", seconds / 60, seconds % 60);
   }
-  fmt::print(stderr, "{}t {:.4g} of {:.4g} s  dt {:.2g}  contacts {}  iterations {}  energy residual {:.1e}  left {}{}", terminal_ ? "\r\033[K" : "", time, duration, counters.dt, counters.contacts,
+  tell("{}t {:.4g} of {:.4g} s  dt {:.2g}  contacts {}  iterations {}  energy residual {:.1e}  left {}{}", terminal_ ? "\r\033[K" : "", time, duration, counters.dt, counters.contacts,
              counters.newton + counters.sweeps, residual, left, terminal_ ? "" : "\n");
   std::fflush(stderr);
   shown_ = terminal_;
 }
 
 void ProgressLine::clear() {
-  if (shown_) fmt::print(stderr, "\r\033[K");
+  if (shown_) tell("\r\033[K");
   shown_ = false;
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/final_state.hpp"
+#include "app/tell.hpp"
 #include "io/checkpoint.hpp"
 
 namespace talus::app {
@@ -49,7 +50,7 @@ void RecordingSink::extend(std::span<const sim::RunHeader::BlockInfo> fragments)
 
 void RecordingSink::warning(const std::string& text) {
   line_.clear();
-  fmt::print(stderr, "warning: {}\n", text);
+  tell("warning: {}\n", text);
   recorder_.warning(text);
 }
 

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -41,7 +42,41 @@ InputError refusal(const fs::path& directory, std::string rule, std::string reme
   return InputError(Problem{Problem::Severity::error, {}, 0, 0, "output directory", directory.string(), std::move(rule), std::move(remedy)});
 }
 
+/// Of the directory, with a lock of this kind; -1 where there is none to be had but for another's.
+int locked(const fs::path& directory, int kind) {
+  const int fd = ::open(directory.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0 || ::flock(fd, kind | LOCK_NB) == 0) return fd;
+  const bool busy = errno == EWOULDBLOCK;
+  ::close(fd);
+  if (busy) throw refusal(directory, "another talus is writing there", "wait for its end, or name another directory with -o");
+  return -1;
+}
+
 }  // namespace
+
+DirectoryLock::DirectoryLock(const fs::path& directory) : fd_(locked(directory, LOCK_EX)) {}
+DirectoryLock::~DirectoryLock() {
+  if (fd_ >= 0) ::close(fd_);
+}
+DirectoryLock::DirectoryLock(DirectoryLock&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+DirectoryLock& DirectoryLock::operator=(DirectoryLock&& other) noexcept {
+  std::swap(fd_, other.fd_);
+  return *this;
+}
+
+void require_idle(const fs::path& directory) {
+  if (const int fd = locked(directory, LOCK_SH); fd >= 0) ::close(fd);
+}
+
+void spare_inputs(const fs::path& directory, std::span<const fs::path> inputs) {
+  std::error_code none;
+  const fs::path fields = fs::weakly_canonical(directory / "fields", none);
+  for (const fs::path& input : inputs) {
+    bool replaced = fs::weakly_canonical(input, none).parent_path() == fields;
+    for (const std::string_view name : known_files) replaced = replaced || fs::equivalent(directory / name, input, none);
+    if (replaced) throw refusal(directory, fmt::format("holds {}, which the scene reads and this run would replace", input.string()), "name another directory with -o");
+  }
+}
 
 std::string system_error(std::string_view operation, const fs::path& path) {
   return fmt::format("cannot {} {}: {}", operation, path.string(), std::strerror(errno));
@@ -70,6 +105,7 @@ void check_directory(const fs::path& directory) {
   if (!fs::is_directory(status)) throw refusal(directory, "is a file, not a directory", "name another directory with -o");
   if (::access(directory.c_str(), W_OK | X_OK) != 0)
     throw refusal(directory, fmt::format("cannot be written: {}", std::strerror(errno)), "name another directory with -o");
+  require_idle(directory);
   if (fs::exists(directory / marker_name, error)) return;
   // A run that was killed while it marked its new directory leaves half a marker there and nothing else.
   const std::string half = std::string(marker_name) + ".part";
@@ -80,14 +116,16 @@ void check_directory(const fs::path& directory) {
                   "name an empty or new directory with -o");
 }
 
-void claim_directory(const fs::path& directory) {
+DirectoryLock claim_directory(const fs::path& directory) {
   check_directory(directory);
   std::error_code error;
   fs::create_directories(directory, error);
   if (error) throw refusal(directory, fmt::format("cannot be created: {}", error.message()), "name another directory with -o");
+  DirectoryLock lock(directory);
   for (const std::string_view name : known_files) fs::remove(directory / name, error);
   fs::remove_all(directory / "fields", error);
   write_file(directory / marker_name, "Results of Talus. A directory with this file may be overwritten by the next run.\n");
+  return lock;
 }
 
 PartFile::PartFile(fs::path target) : target_(std::move(target)), part_(target_) { part_ += ".part"; }

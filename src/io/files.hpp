@@ -23,11 +23,30 @@ class WriteError : public std::runtime_error {
 
 inline constexpr std::string_view marker_name = ".talus-output";
 
-/// Throws InputError if `directory` exists and is neither empty nor ours, or cannot be written. Changes nothing.
+/// The one process that writes to an output directory, as long as it lives (flock on the directory itself, so that a kill leaves nothing behind). Throws
+/// InputError if another one does. File systems without such locks are taken at their word.
+class DirectoryLock {
+ public:
+  explicit DirectoryLock(const std::filesystem::path& directory);
+  ~DirectoryLock();
+  DirectoryLock(DirectoryLock&& other) noexcept;
+  DirectoryLock& operator=(DirectoryLock&& other) noexcept;
+
+ private:
+  int fd_ = -1;
+};
+
+/// Throws InputError if another process writes to `directory`.
+void require_idle(const std::filesystem::path& directory);
+
+/// Throws InputError if `directory` exists and is neither empty nor ours, cannot be written, or is written to by another process. Changes nothing.
 void check_directory(const std::filesystem::path& directory);
 
-/// Checks, creates, marks; removes what an earlier run of ours left there (known names only, never anything else).
-void claim_directory(const std::filesystem::path& directory);
+/// Throws InputError if one of `inputs` is a file that a run replaces in its directory.
+void spare_inputs(const std::filesystem::path& directory, std::span<const std::filesystem::path> inputs);
+
+/// Checks, creates, locks, marks; removes what an earlier run of ours left there (known names only, never anything else).
+[[nodiscard]] DirectoryLock claim_directory(const std::filesystem::path& directory);
 
 /// Whole or absent: temporary file, fsync, rename, fsync of the directory. Files that can be made again need not be durable.
 void write_file(const std::filesystem::path& path, std::string_view bytes, bool durable = true);

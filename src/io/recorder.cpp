@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <utility>
 
 #include "io/hdf5_file.hpp"
@@ -15,6 +16,7 @@ namespace fs = std::filesystem;
 namespace talus::io {
 
 struct Recorder::Impl {
+  std::optional<DirectoryLock> lock;
   RecorderOptions options;
   sim::RunHeader header;
   std::unique_ptr<JournalWriter> journal;
@@ -91,11 +93,13 @@ void Recorder::Impl::grow() {
 }
 
 Recorder::Recorder(RecorderOptions options, const sim::RunHeader& header) : impl_(std::make_unique<Impl>()) {
-  claim_directory(options.directory);
+  // Read before the directory is cleared: it may be the copy that lies there.
+  const std::string scene = options.scene_file.empty() ? std::string() : read_file(options.scene_file);
+  impl_->lock = claim_directory(options.directory);
   impl_->options = std::move(options);
   impl_->header = header;
   const fs::path& dir = impl_->options.directory;
-  if (!impl_->options.scene_file.empty()) write_file(dir / "scene.toml", read_file(impl_->options.scene_file));
+  if (!impl_->options.scene_file.empty()) write_file(dir / "scene.toml", scene);
   if (!impl_->options.resolved_json.empty()) write_file(dir / "scene.resolved.json", impl_->options.resolved_json);
   impl_->log = std::make_unique<JsonLog>((dir / "log.jsonl").string());
   impl_->journal = std::make_unique<JournalWriter>(impl_->journal_path(), 0);
@@ -108,6 +112,7 @@ Recorder::Recorder(RecorderOptions options, const sim::RunHeader& header) : impl
 }
 
 Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std::make_unique<Impl>()) {
+  impl_->lock.emplace(options.directory);
   impl_->options = std::move(options);
   const fs::path journal = impl_->journal_path();
   {
