@@ -4,6 +4,7 @@ ends with its documented exit code, leaves readable results, and goes on where i
 
     bad_disks.py TALUS
 """
+import fcntl
 import json
 import os
 import pathlib
@@ -139,11 +140,72 @@ def finished(work):
     check("its summary says so", json.loads((directory / "summary.json").read_text())["status"] == "done")
 
 
+SMALL = """schema = 1
+[simulation]
+duration = "0.2 s"
+[[plane]]
+normal = [0, 0, 1]
+point = [0, 0, 0]
+material = "rock"
+[[material]]
+name = "rock"
+density = 2500
+[[interface]]
+between = ["*", "*"]
+friction = 0.5
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1, 1, 1]
+position = [0, 0, 0.6]
+"""
+
+
+def nothing_lost(work):
+    """What a run reads it does not replace; of two runs one has the directory; whether anybody reads the warnings changes nothing."""
+    small = work / "small.toml"
+    small.write_text(SMALL)
+    out = work / "own"
+    expect("a small run", run("-o", out, of=small), 0)
+    edited = SMALL.replace("0.6", "0.7")
+    (out / "scene.toml").write_text(edited)
+    expect("a run of the copy in its own directory", run("-o", out, of=out / "scene.toml"), 0)
+    check("the copy is as it was edited", (out / "scene.toml").read_text() == edited and (out / "results.h5").exists())
+    stamp = (out / "results.h5").stat().st_mtime_ns
+    start = f"simulation.initial_state={out}/results.h5"
+    expect("a run that starts from what it would replace", run("-o", out, "--set", start, of=small), 2, "would replace")
+    handle = os.open(out, os.O_RDONLY)   # as a run holds it
+    fcntl.flock(handle, fcntl.LOCK_EX)
+    for name, more in (("a second run", ()), ("a second run that resumes", ("--resume",))):
+        expect(name, run("-o", out, *more, of=small), 2, "another talus is writing there")
+    report = subprocess.run([talus, "report", out], capture_output=True, text=True)
+    check("a report meanwhile", report.returncode == 2 and "another talus" in report.stderr, report.stderr)
+    os.close(handle)
+    check("the first one's results stand", (out / "results.h5").stat().st_mtime_ns == stamp)
+    joints = SMALL.split("[[block]]")[0] + """[rock_mass]
+material = "rock"
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+[[rock_mass.joint_set]]
+name = "J"
+orientation = "90/40"
+spacing = "0.5 m"
+"""
+    (work / "joints.toml").write_text(joints)
+    cut = subprocess.run([talus, "cut", work / "joints.toml", "-o", out], capture_output=True, text=True)
+    check("cutting into a run's directory", cut.returncode == 2 and "results of a run" in cut.stderr and (out / "results.h5").exists(), cut.stderr)
+    for name, scene_file, code in (("a message", work / "absent.toml", 2), ("a run", small, 0)):
+        for stream, error in (("full", "/dev/full"), ("closed", None)):
+            command = f'exec "{talus}" run "{scene_file}" -o "{work}/unheard" 2>' + (error or "&-")
+            ended = subprocess.run(["sh", "-c", command], stdout=subprocess.DEVNULL)
+            check(f"{name} where the error output is {stream}", ended.returncode == code, f"exit code {ended.returncode}")
+
+
 if __name__ == "__main__":
     talus = sys.argv[1]
     work = pathlib.Path(tempfile.mkdtemp(prefix="talus-disks-"))
     try:
-        for test in (full_by_limit, full_by_mount, read_only, vanished, wrong_run, finished):
+        for test in (full_by_limit, full_by_mount, read_only, vanished, wrong_run, finished, nothing_lost):
             test(work)
     finally:
         shutil.rmtree(work, ignore_errors=True)
