@@ -15,6 +15,7 @@
 #include "app/together.hpp"
 #include "core/ranks.hpp"
 #include "io/final_state.hpp"
+#include "io/hdf5_file.hpp"
 #include "io/recorder.hpp"
 #include "io/report.hpp"
 #include "sim/simulation.hpp"
@@ -81,6 +82,11 @@ namespace {
 
 /// `--resume` of a run that has come to its end: says so, tidies up after a kill just after the end. Returns the exit code.
 int nothing_to_resume(const fs::path& directory, const std::string& message, bool report) {
+  try {
+    io::Hdf5File::open(directory / "results.h5");
+  } catch (const InputError&) {
+    throw io::bad_file(directory / "results.h5", "--resume", "the run has finished, but its results are missing or damaged", "run the scene again without --resume");
+  }
   fmt::print("The run in {} has finished: there is nothing to go on with.\n{}{}", directory.string(), message, message.empty() ? "" : "\n");
   const int code = message.empty() ? done : fell_short;   // the message of a run that ended is that of its audit
   wait_for_all();

@@ -115,6 +115,7 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
   impl_->lock.emplace(options.directory);
   impl_->options = std::move(options);
   const fs::path journal = impl_->journal_path();
+  if (!fs::exists(journal)) throw bad_file(journal, {}, "is missing, and the checkpoint goes on from it", "run the scene again without --resume");
   {
     JournalReader reader(journal, position);
     RecordKind kind;

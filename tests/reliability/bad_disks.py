@@ -123,6 +123,9 @@ def wrong_run(work):
     after = sorted((p.name, p.stat().st_mtime_ns) for p in directory.iterdir())
     check("a refusal changes nothing", before == after and not (work / "nothing").exists())
     if (directory / "checkpoint.h5").exists():
+        (directory / "journal.bin").rename(work / "journal.bin")
+        expect("a journal that is gone", run("-o", directory, "--resume"), 2, "is missing", "without --resume")
+        (work / "journal.bin").rename(directory / "journal.bin")
         bytes_ = bytearray((directory / "checkpoint.h5").read_bytes())
         bytes_[len(bytes_) // 2] ^= 1
         (directory / "checkpoint.h5").write_bytes(bytes_)
@@ -137,6 +140,9 @@ def finished(work):
     stamp = (directory / "results.h5").stat().st_mtime_ns
     expect("resuming a finished run", run("-o", directory, "--resume"), 0, "has finished")
     check("nothing is computed again", (directory / "results.h5").stat().st_mtime_ns == stamp)
+    (directory / "results.h5").rename(work / "elsewhere.h5")
+    expect("a finished run without its results", run("-o", directory, "--resume"), 2, "missing or damaged", "without --resume")
+    (work / "elsewhere.h5").rename(directory / "results.h5")
     check("its summary says so", json.loads((directory / "summary.json").read_text())["status"] == "done")
 
 
