@@ -47,6 +47,7 @@ void Builder::add_structures() {
     part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
     add_warnings(fineness_problems(spec));
+    if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
@@ -55,6 +56,11 @@ void Builder::add_structures() {
       for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());
     env_.structures.push_back(std::move(part));
   }
+}
+
+void Builder::warn_of_unused_loads(const StructureSpec& spec) {
+  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.load", spec.name), .value = {}, .rule = "has no effect: coupling.scheme = \"rigid\" steps no structure",
+                 .remedy = "take scheme \"two-way\" or \"one-way\", or leave the load out"}});
 }
 
 void Builder::check_probes(const StructureSpec& spec, const Box3& bounds) {

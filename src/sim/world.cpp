@@ -202,7 +202,7 @@ HistoryRow World::row() {
     q.damage_max = part.structure->damage_max();
     q.damaged_volume = part.structure->damaged_volume();
     q.spalled_volume = part.structure->spalled_volume();
-    if (!part.fixed_surface) {
+    if (part.stepped()) {
       q.members = part.structure->member_states();
       q.peaks = part.structure->load_peaks();
     }
