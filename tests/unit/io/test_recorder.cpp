@@ -581,6 +581,43 @@ TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
   EXPECT_NE(bytes(dir / "results.xdmf").find("<Time Value=\"2.5\"/>"), std::string::npos);
 }
 
+/// A run of 0.2 s whose structure has this name.
+fs::path run_of_structure(const Scratch& scratch, const std::string& name) {
+  SyntheticRun run = small();
+  run.end = 0.2;
+  run.bars = true;
+  sim::RunHeader header = run.header();
+  header.structures[0].name = name;
+  const fs::path dir = scratch.path / "out";
+  io::Recorder recorder(options(dir), header);
+  run.record(recorder, 0, run.rows() - 1, [](int) {});
+  recorder.finish({});
+  return dir;
+}
+
+TEST(Recorder, NamesAreEscapedInWhatParaViewOpens) {
+  const Scratch scratch;
+  const fs::path dir = run_of_structure(scratch, "Pier <A> & \"B\"");
+  EXPECT_TRUE(fs::exists(dir / "fields/Pier <A> & \"B\"_000000.vtu"));
+  const std::string pvd = bytes(dir / "results.pvd"), xdmf = bytes(dir / "results.xdmf"), name = "Pier &lt;A&gt; &amp; &quot;B&quot;";
+  EXPECT_NE(pvd.find("name=\"" + name + "\" file=\"fields/" + name + "_000000.vtu\""), std::string::npos) << pvd;
+  EXPECT_NE(xdmf.find("Name=\"" + name + "\""), std::string::npos);
+  EXPECT_NE(xdmf.find("/structures/" + name + "/nodes"), std::string::npos);
+}
+
+/// A structure of the name "blocks" wrote over the files of the blocks.
+TEST(Recorder, NoTwoPartsShareTheirFiles) {
+  const Scratch scratch;
+  const fs::path dir = run_of_structure(scratch, "blocks");
+  const std::string pvd = bytes(dir / "results.pvd");
+  for (const std::string stem : {"blocks", "blocks_", "blocks__bars"}) {
+    EXPECT_TRUE(fs::exists(dir / ("fields/" + stem + "_000000.vtu"))) << stem;
+    EXPECT_NE(pvd.find("file=\"fields/" + stem + "_000000.vtu\""), std::string::npos) << pvd;
+  }
+  EXPECT_NE(bytes(dir / "fields/blocks_000000.vtu").find("faceoffsets"), std::string::npos);
+  EXPECT_EQ(bytes(dir / "fields/blocks__000000.vtu").find("faceoffsets"), std::string::npos);
+}
+
 TEST(Recorder, FullDiskIsReportedAndKeepsWhatWasThere) {
   if (!fs::exists("/dev/full")) GTEST_SKIP();
   const Scratch scratch;
