@@ -5,11 +5,18 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <map>
 
+#include "core/names.hpp"
 #include "geometry/mass_properties.hpp"
 
 namespace talus::geometry {
+namespace {
+
+constexpr std::size_t shown_of_a_name = 60;   // [bytes]
+
+}  // namespace
 
 void write_text_file(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
@@ -31,6 +38,22 @@ Mesh block_system(const CutResult& cut, const std::string& prefix) {
     mesh.group_names.push_back(prefix + std::to_string(b + 1));
   }
   return mesh;
+}
+
+int group_line(const std::string& path, const std::string& name) {
+  std::ifstream file(path, std::ios::binary);
+  int last = 0, number = 0;
+  for (std::string text; std::getline(file, text);) {
+    ++number;
+    const auto blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
+    const auto word = std::find_if_not(text.begin(), text.end(), blank), end = std::find_if(word, text.end(), blank);
+    if (end - word != 1 || (*word != 'g' && *word != 'o')) continue;
+    const auto from = std::find_if_not(end, text.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
+    auto to = text.end();
+    while (to > from && blank(*(to - 1))) --to;
+    if (std::string_view(from, to) == name) last = number;
+  }
+  return last;
 }
 
 std::vector<NamedBlock> read_block_system(const std::string& path) {
@@ -55,8 +78,16 @@ std::vector<NamedBlock> read_block_system(const std::string& path) {
       part.triangles.push_back(c);
     }
     if (part.triangles.empty()) continue;
+    const std::string &name = all.group_names[g], key = "group " + name;
+    if (!is_name(name)) {
+      problems.push_back({.file = path, .line = group_line(path, name), .key = "group", .value = "\"" + name.substr(0, shown_of_a_name) + "\"", .rule = name_rule, .remedy = "name the group of every block: the block has its name"});
+      continue;
+    }
     auto found = closed_mesh_problems(part, path);
-    for (Problem& p : found) p.key = "group " + all.group_names[g] + ": " + p.key;
+    for (Problem& p : found) p.key = key + ": " + p.key;
+    if (found.empty())
+      if (const int pieces = body_count(part); pieces > 1)
+        found.push_back({.file = path, .line = group_line(path, name), .key = key, .rule = fmt::format("is {} pieces that do not touch, as of blocks of one name", pieces), .remedy = "give every block a group of its own name"});
     if (!found.empty()) {
       problems.insert(problems.end(), found.begin(), found.end());
       continue;

@@ -153,12 +153,16 @@ CASES = {
     "joint-beside-the-rock": (HEAD + PLANE + mass(BOX, sets='[[rock_mass.joint]]\norientation = "30/40"\nthrough = [900, 900, 900]\n'), {}, ["warning: rock_mass.joint", "separates no blocks"], 0),
     "joint-polygon-knotted": (HEAD + PLANE + mass(BOX, sets='[[rock_mass.joint]]\norientation = "0/0"\nthrough = [2, 2, 3]\npolygon = [[1,1,3],[3,3,3],[3,1,3],[1,3,3]]\n'), {}, ["rock_mass.joint", "polygon"]),
     "blocks-obj-of-open-groups": (HEAD + PLANE + mass('blocks = "b.obj"', sets=""), {"b.obj": CUBE + "g R1\nf 1 2 3\ng R2\nf 4 5 6\n"}, ["b.obj"]),
+    **{f"group-{name}": (HEAD + PLANE + mass('blocks = "b.obj"', sets=""), {"b.obj": CUBE.encode() + b"# one block\ng " + group + b"\n" + "".join(f"f {f}\n" for f in FACES).encode()}, ["b.obj:10", "a name has 1 to 100 bytes"])
+       for name, group in {"of-escape-sequences": b"a\x1b[31mRED\x07", "up-the-directory": b"../x", "of-300-letters": b"x" * 300, "without-name": b"", "in-latin-1": b"Fels\xe9"}.items()},
+    "groups-of-one-name": (HEAD + PLANE + mass('blocks = "b.obj"', sets=""), {"b.obj": CUBE + CUBE.replace("v 0", "v 5").replace("v 1", "v 6") + "g a\n" + "".join(f"f {f}\n" for f in FACES) + "g a\n" + "".join("f " + " ".join(str(int(i) + 8) for i in f.split()) + "\n" for f in FACES)}, ["b.obj:24", "group a", "2 pieces"]),
     "blocks-overlap": (HEAD + PLANE + BODY + block(name='"C"', position="[0.3, 0.2, 3.4]"), {}, ["overlaps"]),
     "block-in-the-ground": (HEAD + PLANE + block(position="[0, 0, -5]"), {}, ["block.B"]),
     # structures
     "cells-without-number": (HEAD + PLANE + BODY + column(cell_size=None, cells="[100000, 100000, 100000]"), {}, ["structure.P.cells"]),
     "cells-of-microns": (HEAD + PLANE + BODY + column(cell_size='"1 um"'), {}, ["structure.P.cell_size"]),
     "support-on-nothing": (HEAD + PLANE + BODY + column(support="[{ point = [500, 0, 0] }]"), {}, ["structure.P.support"]),
+    "load-on-what-is-rigid": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [8, -1, 3], max = [9, 1, 4] }\ntraction = [1e6, 0, 0]\n[coupling]\nscheme = \"rigid\"\n"), {}, ["structure.P.load", "has no effect"], 0),
     "load-on-nothing": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [50, 50, 50], max = [51, 51, 51] }\ntraction = [1e6, 0, 0]\n"), {}, ["structure.P.load"]),
     "probe-far-away": (HEAD + PLANE + BODY + column('[[structure.probe]]\nname = "p"\nat = [5000, 0, 0]\n'), {}, ["structure.P.probe"]),
     "aggregate-without-its-law": (HEAD + PLANE + BODY + column('aggregate = "16 mm"\n'), {}, ["structure.P.aggregate"]),
@@ -171,6 +175,11 @@ CASES = {
     "inp-of-shells": (HEAD + PLANE + BODY + MESHED("m.inp"), {"m.inp": "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT, TYPE=S4\n1,1,2,3,4\n"}, ["m.inp"]),
     # texts, paths, references
     "names-of-control-characters": (HEAD + PLANE + block(name='"B\\u0007\\u001b[31m"'), {}, ["name"]),
+    "title-of-escape-sequences": ('schema = 1\ntitle = "\\u001b[31mred"\n' + SIMULATION + LAWS + ROCK + PLANE + BODY, {}, ["title", "one line"]),
+    "title-of-two-lines": ('schema = 1\ntitle = """a\nb"""\n' + SIMULATION + LAWS + ROCK + PLANE + BODY, {}, ["title", "one line"]),
+    "block-named-like-a-piece": (HEAD + PLANE + block(name='"P.fragment1"') + column(), {}, ["block.P.fragment1.name", "pieces of structure P"]),
+    "rock-mass-named-like-pieces": (HEAD + PLANE + mass(BOX, 'prefix = "P.fragment"') + column(), {}, ["rock_mass.prefix", "pieces of structure P"]),
+    "group-named-like-a-piece": (HEAD + PLANE + mass('blocks = "b.obj"', sets="") + column(), {"b.obj": "g P.fragment12\n" + cube()}, ["b.obj:1", "pieces of structure P"]),
     "names-alike-but-for-case-of-unicode": (HEAD + PLANE + block(name='"\u00e9"') + block(name='"\u00e9"', position="[5, 0, 3]"), {}, ["taken already"]),
     "name-of-a-thousand-letters": (HEAD + PLANE + block(name='"' + "x" * 1000 + '"'), {}, ["name"]),
     "utf-16": (("\ufeff" + HEAD + PLANE + BODY).encode("utf-16-le"), {}, ["scene.toml"]),
