@@ -8,6 +8,7 @@
 #include <fstream>
 #include <map>
 
+#include "core/csv.hpp"
 #include "core/names.hpp"
 #include "geometry/mass_properties.hpp"
 
@@ -15,6 +16,8 @@ namespace talus::geometry {
 namespace {
 
 constexpr std::size_t shown_of_a_name = 60;   // [bytes]
+
+std::string block_field(const std::string& prefix, std::size_t number) { return csv_field(prefix + std::to_string(number)); }
 
 }  // namespace
 
@@ -146,10 +149,10 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
   std::string out = "block,volume_m3,x_m,y_m,z_m,faces,convex,cells";
   if (!keys.empty()) out += ",type,mode,joint_1,joint_2,factor_of_safety";
   out += "\n";
-  const auto joint_name = [&](int j) { return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? cut.joint_names[j] : std::string(); };
+  const auto joint_name = [&](int j) { return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? csv_field(cut.joint_names[j]) : std::string(); };
   for (std::size_t b = 0; b < cut.blocks.size(); ++b) {
     const CutBlock& c = cut.blocks[b];
-    out += fmt::format("{}{},{},{},{},{},{},{},{}", prefix, b + 1, c.volume, c.centroid.x(), c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
+    out += fmt::format("{},{},{},{},{},{},{},{}", block_field(prefix, b + 1), c.volume, c.centroid.x(), c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
     if (!keys.empty()) {
       const KeyBlock& k = keys[b];
       out += fmt::format(",{},{},{},{},{}", name_of(k.type), name_of(k.mode), joint_name(k.joint_1), joint_name(k.joint_2),
@@ -163,7 +166,7 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
 void write_interfaces_csv(const std::string& path, const CutResult& cut, const std::string& prefix) {
   std::string out = "block_a,block_b,joint,area_m2,bonded_area_m2,tension_pa,shear_pa,x_m,y_m,z_m\n";
   for (const CutInterface& i : cut.interfaces)
-    out += fmt::format("{}{},{}{},{},{},{},{},{},{},{},{}\n", prefix, i.a + 1, prefix, i.b + 1, i.joint >= 0 ? cut.joint_names[i.joint] : std::string(), i.area,
+    out += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", block_field(prefix, static_cast<std::size_t>(i.a) + 1), block_field(prefix, static_cast<std::size_t>(i.b) + 1), i.joint >= 0 ? csv_field(cut.joint_names[i.joint]) : std::string(), i.area,
                        i.bonded_area, i.tension, i.shear, i.centroid.x(), i.centroid.y(), i.centroid.z());
   write_text_file(path, out);
 }

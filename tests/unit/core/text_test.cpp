@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
 #include "core/names.hpp"
@@ -32,6 +33,12 @@ TEST(Names, OfPiecesAreToldFromOthers) {
 TEST(Names, AreShownWithoutWhatSteersATerminal) {
   EXPECT_EQ(printable("a\x1b[31m\xc2\x9b\u00e9\n"), "a\\x1b[31m\\xc2\\x9b\u00e9\n");
   EXPECT_EQ(printable("Fels\xe9"), "Fels\\xe9");
+}
+
+TEST(Csv, NamesAreNoFormulas) {
+  EXPECT_EQ(csv_field("B1.position.x [m]"), "B1.position.x [m]");
+  for (const char first : {'=', '+', '-', '@'}) EXPECT_EQ(csv_field(std::string(1, first) + "1"), std::string("'") + first + "1");
+  EXPECT_EQ(csv_field("=HYPERLINK(\"a\",1)"), "\"'=HYPERLINK(\"\"a\"\",1)\"");
 }
 
 TEST(EditDistance, KnownValues) {
