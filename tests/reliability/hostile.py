@@ -165,6 +165,7 @@ CASES = {
     "load-on-what-is-rigid": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [8, -1, 3], max = [9, 1, 4] }\ntraction = [1e6, 0, 0]\n[coupling]\nscheme = \"rigid\"\n"), {}, ["structure.P.load", "has no effect"], 0),
     "load-on-nothing": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [50, 50, 50], max = [51, 51, 51] }\ntraction = [1e6, 0, 0]\n"), {}, ["structure.P.load"]),
     "probe-far-away": (HEAD + PLANE + BODY + column('[[structure.probe]]\nname = "p"\nat = [5000, 0, 0]\n'), {}, ["structure.P.probe"]),
+    "probe-far-away-by-offset": (HEAD + PLANE + BODY + column('[[structure.probe]]\nname = "p"\noffset = [0, 0, 40]\n'), {}, ["structure.P.probe.p.offset = [0, 0, 40]"]),
     "aggregate-without-its-law": (HEAD + PLANE + BODY + column('aggregate = "16 mm"\n'), {}, ["structure.P.aggregate"]),
     "bars-thicker-than-cover": (HEAD + PLANE + BODY + column('[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "20 mm"\ncover = "700 mm"\n'), {}, ["structure.P.rebar"]),
     "bars-outside": (HEAD + PLANE + BODY + column(rebar='"bars.csv"'), {"bars.csv": "bar,x,y,z,diameter\n1,500,0,0,0.02\n1,500,0,4,0.02\n"}, ["bars.csv"]),
