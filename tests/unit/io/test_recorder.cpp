@@ -481,6 +481,25 @@ TEST(Recorder, ABlockThatWasJustLetGoIsNotAtRest) {
   EXPECT_NE(told(0, 0.2).find("It still moves at the end."), std::string::npos) << told(0, 0.2);
 }
 
+/// One that lay still in plan was told to have gone farthest, for all that another fell.
+TEST(Recorder, TheBlockThatWentFarthestIsThatOfTheLongestWay) {
+  SyntheticRun run = small();
+  run.structure = false;
+  const auto told = [&](double end, double fall, double slide) {
+    io::SummaryBuilder builder(run.header());
+    sim::HistoryRow row = run.row(0, 2);
+    builder.add(row);
+    row.time = end;
+    row.position[1] += Vec3(slide, 0, -fall);
+    for (auto& v : row.velocity) v.setZero();
+    builder.add(row);
+    return nlohmann::json::parse(builder.text(nullptr))["headline"].get<std::vector<std::string>>();
+  };
+  EXPECT_EQ(told(0.1, 0.049, 0)[0].substr(0, 47), "B2 went farthest: 0 m in plan, 49 mm down, at u");
+  EXPECT_EQ(told(0.1, 0, 0.2)[0].substr(0, 32), "B2 went farthest: 200 mm in plan");
+  EXPECT_EQ(told(1e-300, 0, 0)[1], "The run is too short to tell what rests.");
+}
+
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
   const Scratch scratch;
   SyntheticRun run = small();
