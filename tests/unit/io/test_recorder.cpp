@@ -488,10 +488,10 @@ TEST(Recorder, TheBlockThatWentFarthestIsThatOfTheLongestWay) {
   const auto told = [&](double end, double fall, double slide) {
     io::SummaryBuilder builder(run.header());
     sim::HistoryRow row = run.row(0, 2);
+    for (auto& v : row.velocity) v.setZero();
     builder.add(row);
     row.time = end;
     row.position[1] += Vec3(slide, 0, -fall);
-    for (auto& v : row.velocity) v.setZero();
     builder.add(row);
     return nlohmann::json::parse(builder.text(nullptr))["headline"].get<std::vector<std::string>>();
   };
