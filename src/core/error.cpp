@@ -2,22 +2,9 @@
 
 #include <fmt/format.h>
 
+#include "core/names.hpp"
+
 namespace talus {
-
-namespace {
-
-/// What a file says must not steer a terminal: control characters as \xNN.
-std::string printable(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    const auto code = static_cast<unsigned char>(c);
-    if ((code < 0x20 && c != '\n' && c != '\t') || code == 0x7f) out += fmt::format("\\x{:02x}", code);
-    else out += c;
-  }
-  return out;
-}
-
-}  // namespace
 
 std::string Problem::str() const {
   std::string where;

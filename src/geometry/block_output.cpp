@@ -5,11 +5,21 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <fstream>
 #include <map>
 
+#include "core/csv.hpp"
+#include "core/names.hpp"
 #include "geometry/mass_properties.hpp"
 
 namespace talus::geometry {
+namespace {
+
+constexpr std::size_t shown_of_a_name = 60;   // [bytes]
+
+std::string block_field(const std::string& prefix, std::size_t number) { return csv_field(prefix + std::to_string(number)); }
+
+}  // namespace
 
 void write_text_file(const std::string& path, const std::string& text) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
@@ -31,6 +41,22 @@ Mesh block_system(const CutResult& cut, const std::string& prefix) {
     mesh.group_names.push_back(prefix + std::to_string(b + 1));
   }
   return mesh;
+}
+
+int group_line(const std::string& path, const std::string& name) {
+  std::ifstream file(path, std::ios::binary);
+  int last = 0, number = 0;
+  for (std::string text; std::getline(file, text);) {
+    ++number;
+    const auto blank = [](char c) { return static_cast<unsigned char>(c) <= ' '; };
+    const auto word = std::find_if_not(text.begin(), text.end(), blank), end = std::find_if(word, text.end(), blank);
+    if (end - word != 1 || (*word != 'g' && *word != 'o')) continue;
+    const auto from = std::find_if_not(end, text.end(), [](char c) { return c == ' ' || c == '\t' || c == '\r'; });
+    auto to = text.end();
+    while (to > from && blank(*(to - 1))) --to;
+    if (std::string_view(from, to) == name) last = number;
+  }
+  return last;
 }
 
 std::vector<NamedBlock> read_block_system(const std::string& path) {
@@ -55,8 +81,16 @@ std::vector<NamedBlock> read_block_system(const std::string& path) {
       part.triangles.push_back(c);
     }
     if (part.triangles.empty()) continue;
+    const std::string &name = all.group_names[g], key = "group " + name;
+    if (!is_name(name)) {
+      problems.push_back({.file = path, .line = group_line(path, name), .key = "group", .value = "\"" + name.substr(0, shown_of_a_name) + "\"", .rule = name_rule, .remedy = "name the group of every block: the block has its name"});
+      continue;
+    }
     auto found = closed_mesh_problems(part, path);
-    for (Problem& p : found) p.key = "group " + all.group_names[g] + ": " + p.key;
+    for (Problem& p : found) p.key = key + ": " + p.key;
+    if (found.empty())
+      if (const int pieces = body_count(part); pieces > 1)
+        found.push_back({.file = path, .line = group_line(path, name), .key = key, .rule = fmt::format("is {} pieces that do not touch, as of blocks of one name", pieces), .remedy = "give every block a group of its own name"});
     if (!found.empty()) {
       problems.insert(problems.end(), found.begin(), found.end());
       continue;
@@ -115,10 +149,10 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
   std::string out = "block,volume_m3,x_m,y_m,z_m,faces,convex,cells";
   if (!keys.empty()) out += ",type,mode,joint_1,joint_2,factor_of_safety";
   out += "\n";
-  const auto joint_name = [&](int j) { return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? cut.joint_names[j] : std::string(); };
+  const auto joint_name = [&](int j) { return j >= 0 && j < static_cast<int>(cut.joint_names.size()) ? csv_field(cut.joint_names[j]) : std::string(); };
   for (std::size_t b = 0; b < cut.blocks.size(); ++b) {
     const CutBlock& c = cut.blocks[b];
-    out += fmt::format("{}{},{},{},{},{},{},{},{}", prefix, b + 1, c.volume, c.centroid.x(), c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
+    out += fmt::format("{},{},{},{},{},{},{},{}", block_field(prefix, b + 1), c.volume, c.centroid.x(), c.centroid.y(), c.centroid.z(), c.body.faces(), c.body.convex ? 1 : 0, c.cells);
     if (!keys.empty()) {
       const KeyBlock& k = keys[b];
       out += fmt::format(",{},{},{},{},{}", name_of(k.type), name_of(k.mode), joint_name(k.joint_1), joint_name(k.joint_2),
@@ -132,7 +166,7 @@ void write_blocks_csv(const std::string& path, const CutResult& cut, const std::
 void write_interfaces_csv(const std::string& path, const CutResult& cut, const std::string& prefix) {
   std::string out = "block_a,block_b,joint,area_m2,bonded_area_m2,tension_pa,shear_pa,x_m,y_m,z_m\n";
   for (const CutInterface& i : cut.interfaces)
-    out += fmt::format("{}{},{}{},{},{},{},{},{},{},{},{}\n", prefix, i.a + 1, prefix, i.b + 1, i.joint >= 0 ? cut.joint_names[i.joint] : std::string(), i.area,
+    out += fmt::format("{},{},{},{},{},{},{},{},{},{}\n", block_field(prefix, static_cast<std::size_t>(i.a) + 1), block_field(prefix, static_cast<std::size_t>(i.b) + 1), i.joint >= 0 ? csv_field(cut.joint_names[i.joint]) : std::string(), i.area,
                        i.bonded_area, i.tension, i.shear, i.centroid.x(), i.centroid.y(), i.centroid.z());
   write_text_file(path, out);
 }

@@ -12,7 +12,8 @@ namespace talus::geometry {
 /// All blocks in world coordinates as one mesh, a group per block: prefix + "1", prefix + "2", ...
 Mesh block_system(const CutResult& cut, const std::string& prefix = "R");
 
-/// Blocks of another program: every group of a mesh file is a closed block. Throws InputError naming file and group.
+/// Blocks of another program: every group of a mesh file is a closed block of one piece, its name one that a block may have (`is_name`).
+/// Throws InputError naming file, line and group.
 struct NamedBlock {
   std::string name;
   Polyhedron body;               // about its centroid
@@ -20,6 +21,9 @@ struct NamedBlock {
   double volume = 0;             // [m^3]
 };
 std::vector<NamedBlock> read_block_system(const std::string& path);
+
+/// Line of an OBJ file, from 1, that begins this group or, where there are several, the last of them; 0: there is none. For messages.
+int group_line(const std::string& path, const std::string& name);
 
 /// Polygons with cell data block, volume, joint_set and, where given, removability and factor_of_safety.
 void write_blocks_vtu(const std::string& path, const CutResult& cut, const std::vector<KeyBlock>& key_blocks = {});

@@ -1,5 +1,7 @@
 #include "io/block_files.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -20,6 +22,9 @@ std::size_t history_row(const std::filesystem::path& file, const std::vector<dou
   double t = 0;
   const auto [end, status] = std::from_chars(when.data(), when.data() + when.size(), t);
   if (status != std::errc{} || end != when.data() + when.size()) throw bad_file(file, "@" + when, "is no time", "write @12.5 (seconds) or @end");
+  const double rounding = 1e-6 * (time.back() - time.front());
+  if (!(t >= time.front() - rounding && t <= time.back() + rounding))
+    throw bad_file(file, "@" + when, "is not a time of the run", fmt::format("name one from {:g} to {:g} s, or @end", time.front(), time.back()));
   const auto nearest = std::min_element(time.begin(), time.end(), [&](double a, double b) { return std::abs(a - t) < std::abs(b - t); });
   return static_cast<std::size_t>(nearest - time.begin());
 }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iterator>
 
+#include "core/csv.hpp"
 #include "io/files.hpp"
 #include "io/gis_files.hpp"
 #include "io/hdf5_file.hpp"
@@ -76,14 +77,6 @@ void add_heights(const Hdf5File& file, std::size_t rows, std::vector<Columns>& a
   all.push_back(std::move(c));
 }
 
-/// RFC 4180: a name with a comma, quote or line break is quoted.
-std::string quoted(const std::string& name) {
-  if (name.find_first_of(",\"\n\r") == std::string::npos) return name;
-  std::string out = "\"";
-  for (const char c : name) out += c == '"' ? std::string("\"\"") : std::string(1, c);
-  return out + "\"";
-}
-
 }  // namespace
 
 std::string csv_text(const std::string& results, const std::string& path) {
@@ -122,7 +115,7 @@ std::string csv_text(const std::string& results, const std::string& path) {
   const char* separator = "";
   for (const Columns& c : all)
     for (const std::string& name : c.names) {
-      fmt::format_to(std::back_inserter(text), "{}{}", separator, quoted(name));
+      fmt::format_to(std::back_inserter(text), "{}{}", separator, csv_field(name));
       separator = ",";
     }
   text.push_back('\n');

@@ -129,7 +129,10 @@ class Ground {
 
 geometry::Raster empty_map(const Tracks& tracks, double cell, const std::filesystem::path& results) {
   const Vec3 low = tracks.box.min() + tracks.origin, high = tracks.box.max() + tracks.origin;
-  if (!(cell > 0)) cell = round_below(std::max({high.x() - low.x(), high.y() - low.y(), 0.1 * tracks.box.diagonal().norm()}) / 100);
+  const double extent = std::max({high.x() - low.x(), high.y() - low.y(), 0.1 * tracks.box.diagonal().norm()});
+  if (cell > extent)
+    throw bad_file(results, fmt::format("@{:g}", cell), fmt::format("is a cell larger than all the ground that blocks went over, {:.3g} m", extent), "take smaller cells, or leave the size out");
+  if (!(cell > 0)) cell = round_below(extent / 100);
   const double west = std::floor(low.x() / cell), east = std::floor(high.x() / cell) + 1, south = std::floor(low.y() / cell), north = std::floor(high.y() / cell) + 1;
   if ((east - west) * (north - south) > most_cells)
     throw bad_file(results, fmt::format("@{:g}", cell), fmt::format("gives a grid of {:.3g} cells", (east - west) * (north - south)), "take larger cells");

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "io/hdf5_file.hpp"
@@ -23,6 +24,7 @@ struct Recorder::Impl {
   std::unique_ptr<JsonLog> log;
   RecordCodec codec;
   FieldRow last_field;                 // to see what has not changed
+  std::vector<std::string> stems;      // of the files of each structure
   std::vector<std::string> last_file;  // of each structure and its bars
   std::vector<Vec3> start;             // centroids when first seen
   sim::HistoryRow last_row;
@@ -52,6 +54,19 @@ bool same(const Structure::Snapshot& a, const Structure::Snapshot& b) {
 
 constexpr const char* terrain_file = "fields/terrain.vtu";
 
+/// What the files of each structure begin with: its name, with "_" after it where the files of the blocks or of another structure have it.
+std::vector<std::string> file_stems(std::span<const sim::RunHeader::StructureInfo> structures) {
+  std::set<std::string> taken = {"blocks"};
+  std::vector<std::string> stems;
+  for (const auto& s : structures) {
+    std::string stem = safe_name(s.name);
+    while (taken.count(stem) + taken.count(stem + "_bars") > 0) stem += "_";
+    taken.insert({stem, stem + "_bars"});
+    stems.push_back(std::move(stem));
+  }
+  return stems;
+}
+
 }  // namespace
 
 /// Files and .pvd entries of one frame; with write = false only the entries (the files are there from before a restart).
@@ -66,15 +81,16 @@ void Recorder::Impl::paraview(const FieldRow& row, bool write) {
     if (write) write_blocks_vtu(dir / file, header.blocks, row.poses, start, now ? &last_row : nullptr);
     pvd.push_back({row.time, part++, "blocks", file});
   }
+  if (stems.empty()) stems = file_stems(header.structures);
   last_file.resize(2 * row.structures.size());
   for (std::size_t i = 0; i < row.structures.size() && i < header.structures.size(); ++i) {
     const Structure::Snapshot& s = row.structures[i];
     const std::string& name = header.structures[i].name;
     // A structure that has not moved is not written again; the .pvd names the earlier file.
     if (last_file[2 * i].empty() || i >= last_field.structures.size() || !same(last_field.structures[i], s)) {
-      last_file[2 * i] = fmt::format("fields/{}_{:06}.vtu", safe_name(name), fields);
+      last_file[2 * i] = fmt::format("fields/{}_{:06}.vtu", stems[i], fields);
       if (write) write_structure_vtu(dir / last_file[2 * i], s);
-      last_file[2 * i + 1] = s.bars.empty() ? "" : fmt::format("fields/{}_bars_{:06}.vtu", safe_name(name), fields);
+      last_file[2 * i + 1] = s.bars.empty() ? "" : fmt::format("fields/{}_bars_{:06}.vtu", stems[i], fields);
       if (write && !s.bars.empty()) write_bars_vtu(dir / last_file[2 * i + 1], s);
     }
     pvd.push_back({row.time, part++, name, last_file[2 * i]});

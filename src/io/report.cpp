@@ -6,6 +6,7 @@
 #include "io/json_file.hpp"
 #include "io/recorder.hpp"
 #include "io/report_data.hpp"
+#include "io/summary_check.hpp"
 
 // The page as one HTML file, put into the program by the assembler.
 extern "C" {
@@ -35,6 +36,7 @@ constexpr const char* capacity_remedy = "delete it, and let talus capacity make 
 ReportData::ReportData(const fs::path& directory)
     : file(Hdf5File::open(directory / "results.h5")), summary(read_json(directory / "summary.json", summary_remedy)),
       time(file.read<double>("/history/time").values), names(file.read_texts("/history/blocks/name")) {
+  check_summary(summary, directory / "summary.json");
   meta["summary"] = summary;
   std::error_code none;
   if (const fs::path capacity = directory / "capacity.json"; fs::exists(capacity, none)) try {

@@ -376,21 +376,23 @@ bool SummaryBuilder::moves(std::size_t i) const {
 
 /// Where the blocks went, where there is nothing to strike.
 void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
+  constexpr double shortest = 1e-6;   // [s] below it gravity has set nothing in motion
   std::size_t farthest = 0, moving = 0;
-  double run = -1;
+  double way = -1, run = 0;   // in all; in plan
   for (std::size_t i = 0; i < blocks_.size(); ++i) {
     if (!blocks_[i].born || started_beside(i)) continue;
-    const double r = horizontal(blocks_[i].end - blocks_[i].start);
-    if (r > run) run = r, farthest = i;
+    const Vec3 gone = blocks_[i].end - blocks_[i].start;
+    if (gone.norm() > way) way = gone.norm(), run = horizontal(gone), farthest = i;
     if (!blocks_[i].left && moves(i)) ++moving;
   }
   if (blocks_.empty()) return;
-  if (run >= 0)
+  if (way >= 0)
     lines.push_back(fmt::format("{} went {}{} in plan, {} down, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
                                 length(blocks_[farthest].start.z() - blocks_[farthest].end.z()), blocks_[farthest].max_speed));
   std::size_t left = 0;
   for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;
   if (left == blocks_.size()) return;
+  if (moving == 0 && time_ < shortest) return lines.push_back("The run is too short to tell what rests.");
   if (blocks_.size() == 1) lines.push_back(moving == 0 ? "It is at rest at the end." : "It still moves at the end.");
   else lines.push_back(moving == 0 ? fmt::format("All {}blocks are at rest at the end.", left > 0 ? "other " : "") : fmt::format("{} of {} blocks still move at the end.", moving, blocks_.size() - left));
 }

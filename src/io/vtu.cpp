@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "io/files.hpp"
+#include "io/xml.hpp"
 
 namespace talus::io {
 namespace {
@@ -157,11 +158,8 @@ void write_surface_vtu(const std::filesystem::path& path, const TriangleSurface&
 
 std::string pvd_text(std::span<const PvdEntry> entries) {
   std::string text = "<?xml version=\"1.0\"?>\n<VTKFile type=\"Collection\" version=\"0.1\" byte_order=\"LittleEndian\">\n  <Collection>\n";
-  for (const PvdEntry& e : entries) {
-    std::string name;
-    for (const char c : e.name) name += c == '"' || c == '<' || c == '>' || c == '&' ? '_' : c;
-    text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n", e.time, e.part, name, e.file);
-  }
+  for (const PvdEntry& e : entries)
+    text += fmt::format("    <DataSet timestep=\"{}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n", e.time, e.part, xml_text(e.name), xml_text(e.file));
   return text + "  </Collection>\n</VTKFile>\n";
 }
 

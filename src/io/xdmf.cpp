@@ -4,23 +4,13 @@
 
 #include <map>
 
+#include "io/xml.hpp"
+
 namespace talus::io {
 namespace {
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '&') out += "&amp;";
-    else if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
-}
-
 std::string item(const std::string& dims, const char* type, int precision, const std::string& path) {
-  return fmt::format("<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"HDF\">results.h5:{}</DataItem>", dims, type, precision, escaped(path));
+  return fmt::format("<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"HDF\">results.h5:{}</DataItem>", dims, type, precision, xml_text(path));
 }
 
 std::string attribute(const char* name, const char* kind, const char* centre, const std::string& data) {
@@ -60,13 +50,13 @@ std::string xdmf_text(const std::vector<XdmfFrame>& frames, const XdmfTerrain& t
       parts[p.name] += fmt::format("      <Grid Name=\"{}\" GridType=\"Uniform\">\n        <Time Value=\"{}\"/>\n"
                                    "        <Topology TopologyType=\"Hexahedron\" NumberOfElements=\"{}\">{}</Topology>\n"
                                    "        <Geometry GeometryType=\"XYZ\">{}</Geometry>\n{}      </Grid>\n",
-                                   escaped(p.name), f.time, p.hexes, item(fmt::format("{} 8", p.hexes), "Int", 4, base + "/hexes"),
+                                   xml_text(p.name), f.time, p.hexes, item(fmt::format("{} 8", p.hexes), "Int", 4, base + "/hexes"),
                                    item(n3, "Float", 8, base + "/nodes"), data);
     }
   }
   const auto collection = [&](const std::string& name, const std::string& grids) {
     if (!grids.empty())
-      text += fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n{}    </Grid>\n", escaped(name), grids);
+      text += fmt::format("    <Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n{}    </Grid>\n", xml_text(name), grids);
   };
   collection("blocks", blocks);
   for (const auto& [name, grids] : parts) collection(name, grids);

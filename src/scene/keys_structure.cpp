@@ -78,7 +78,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.load.region.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in structure.load.region"},
       {.path = "structure.load.traction", .type = Type::vector, .dimension = pressure, .doc = "Force per area, in scene axes.", .required = "always in structure.load"},
       {.path = "structure.load.history", .type = Type::pair_list, .dimension = number, .fallback = "[[0.0, 1.0]]",
-       .doc = "[[time, factor], ...] with growing times; straight in between, the last factor holds on.", .first = time},
+       .doc = "[[time, factor], ...] with growing times; straight in between, the first factor holds before, the last one after.", .first = time},
   };
   // The viaduct's own measures become StructureSpec::parameters under the last part of their path.
   const auto viaduct = [&](const char* name, Dimension dimension, const char* otherwise, const char* doc, double min = 0, bool above = true) {

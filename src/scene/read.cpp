@@ -5,8 +5,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "core/names.hpp"
 #include "core/sha256.hpp"
 #include "core/suggest.hpp"
+#include "scene/fragment_names.hpp"
 #include "scene/reading.hpp"
 
 namespace talus::scene {
@@ -92,7 +94,23 @@ void read_resolved_header(Reading& in, const View& root) {
   in.scene.notes = view->texts("note");
 }
 
+void refuse_names_of_fragments(const Scene& s, const View& root) {
+  const auto taken = [&](const View& view, const char* key, const std::string& name) {
+    if (const std::string structure = structure_of_fragment(s, name); !structure.empty()) view.problem(key, fragment_name_rule(structure), fragment_name_remedy);
+  };
+  const std::vector<View> blocks = root.tables("block");
+  for (std::size_t i = 0; i < blocks.size() && i < s.blocks.size(); ++i)
+    if (!s.blocks[i].release) taken(blocks[i], "name", s.blocks[i].name);
+  if (const auto mass = root.table("rock_mass"); mass && s.rock_mass && s.rock_mass->blocks.empty()) taken(*mass, "prefix", s.rock_mass->block_prefix + "1");
+}
+
 }  // namespace
+
+std::string structure_of_fragment(const Scene& s, const std::string& name) {
+  if (!s.coupling.fragments || s.coupling.scheme != Coupling::Scheme::two_way || !s.simulation.initial_state.empty()) return {};
+  const auto found = std::find_if(s.structures.begin(), s.structures.end(), [&](const StructureSpec& structure) { return is_fragment_name(name, structure.name); });
+  return found == s.structures.end() ? std::string() : found->name;
+}
 
 int Reading::material(const View& view, const std::string& key, bool surface) {
   if (!view.get(key)) {
@@ -158,9 +176,8 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
 std::string Reading::name(const View& view, const std::string& key, const std::string& otherwise, std::map<std::string, int>& taken) {
   const std::string name = view.has(key) ? view.text(key) : otherwise;
   if (view.has(key) && !view.get(key)) return otherwise;
-  const bool control = std::any_of(name.begin(), name.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20 || c == 0x7f; });
-  if (name.empty() || name.size() > 100 || name == "." || name == ".." || name == "*" || control || name.find_first_of("/\\") != std::string::npos) {
-    view.problem(key, "a name has 1 to 100 bytes, without slash, backslash and control characters, and is not \".\", \"..\" or \"*\"", "choose another name: it becomes the name of files and datasets");
+  if (!is_name(name)) {
+    view.problem(key, name_rule, name_remedy);
     return name;
   }
   if (!taken.emplace(name, static_cast<int>(taken.size())).second) {
@@ -207,6 +224,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   read_impact(in, view);
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
+  refuse_names_of_fragments(scene, view);
   if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
     view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
 

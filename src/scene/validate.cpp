@@ -4,6 +4,7 @@
 #include <cmath>
 #include <set>
 
+#include "core/names.hpp"
 #include "core/suggest.hpp"
 #include "scene/view.hpp"
 
@@ -157,7 +158,10 @@ class Validator {
         if (expect(Node::Kind::integer)) range(static_cast<double>(node.integer), key, node);
         return;
       case Type::quantity: quantity(node, key, key.dimension, node); return;
-      case Type::text: expect(Node::Kind::text); return;
+      case Type::text:
+        // A path that is written down for later is what it is.
+        if (expect(Node::Kind::text) && !key.path.starts_with("resolved.") && has_control_characters(node.text)) report(node, "must be one line without control characters", "remove line breaks and escape sequences");
+        return;
       case Type::path:
         if (!expect(Node::Kind::text)) return;
         if (node.text.empty()) report(node, "must not be empty", "name a file, relative to the scene file");

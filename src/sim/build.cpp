@@ -181,7 +181,7 @@ void Builder::fill_header() {
     }
     const coupling::StructurePart& part = world_->system->environment().structures[i];
     info.plan = part.structure->plan();
-    if (!part.fixed_surface) info.members = part.structure->members();
+    if (part.stepped()) info.members = part.structure->members();
     describe_section(s.structures[i], *part.structure, info);
     for (const scene::Block& b : s.blocks) {
       const ContactLaw::Kind kind = s.laws(b.material, s.structures[i].material).kind;
@@ -189,7 +189,7 @@ void Builder::fill_header() {
     }
     info.poisson = s.structures[i].poisson;
     info.f_cm = s.structures[i].f_cm;
-    info.loaded = !s.structures[i].loads.empty();
+    info.loaded = part.stepped() && !s.structures[i].loads.empty();
     h.structures.push_back(std::move(info));
   }
   for (const scene::Material& m : s.materials) h.materials.push_back(m.name);

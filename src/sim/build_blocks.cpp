@@ -4,9 +4,11 @@
 
 #include <fmt/format.h>
 
+#include "core/names.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/mass_properties.hpp"
 #include "geometry/shape.hpp"
+#include "scene/fragment_names.hpp"
 #include "sim/held_points.hpp"
 #include "sim/rock_mass.hpp"
 
@@ -182,6 +184,8 @@ void Builder::add_block_system(const scene::RockMass& mass) {
   std::vector<geometry::NamedBlock> blocks = geometry::read_block_system(mass.blocks);
   for (geometry::NamedBlock& b : blocks) {
     volume += b.volume;
+    if (const std::string structure = scene::structure_of_fragment(world_->scene, b.name); !structure.empty())
+      problems_.push_back({.file = mass.blocks, .line = geometry::group_line(mass.blocks, b.name), .key = "group", .value = b.name, .rule = fragment_name_rule(structure), .remedy = fragment_name_remedy});
     push(make_block(b.name, std::move(b.body), mass.material, mass.deformable), b.centroid, Mat3::Identity(), Vec3::Zero(), Vec3::Zero());
   }
   world_->notes.push_back(fmt::format("Rock mass: {} blocks of {:.6g} m^3, read from {}.", blocks.size(), volume, mass.blocks));

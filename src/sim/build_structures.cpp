@@ -47,6 +47,7 @@ void Builder::add_structures() {
     part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
     add_warnings(fineness_problems(spec));
+    if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
@@ -57,14 +58,24 @@ void Builder::add_structures() {
   }
 }
 
+void Builder::warn_of_unused_loads(const StructureSpec& spec) {
+  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.load", spec.name), .value = {}, .rule = "has no effect: coupling.scheme = \"rigid\" steps no structure",
+                 .remedy = "take scheme \"two-way\" or \"one-way\", or leave the load out"}});
+}
+
 void Builder::check_probes(const StructureSpec& spec, const Box3& bounds) {
   const double size = bounds.sizes().norm();
   for (const StructureSpec::Probe& p : spec.probes)
-    if (const double d = bounds.exteriorDistance(p.at); d > 0.1 * size)
-      problem(fmt::format("structure.{}.probe.{}.at", spec.name, p.name), fmt::format("[{:g}, {:g}, {:g}]", p.at.x(), p.at.y(), p.at.z()),
+    if (const double d = bounds.exteriorDistance(p.at); d > 0.1 * size) {
+      const std::string key = fmt::format("structure.{}.probe.{}", spec.name, p.name);
+      const bool by_offset = world_->scene.places.count(key + ".offset") > 0;
+      const Vec3 offset = spec.rotation.transpose() * (p.at - spec.position);
+      const Vec3 given = by_offset ? offset.unaryExpr([&](double x) { return std::abs(x) < 1e-12 * p.at.norm() ? 0.0 : x; }) : p.at;   // what rounding leaves of 0
+      problem(key + (by_offset ? ".offset" : ".at"), fmt::format("[{:g}, {:g}, {:g}]", given.x(), given.y(), given.z()),
               fmt::format("lies {:.3g} m from the structure, which spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g}, z {:.6g} to {:.6g}", d, bounds.min().x(), bounds.max().x(), bounds.min().y(), bounds.max().y(),
                           bounds.min().z(), bounds.max().z()),
-              "give a point of the structure in scene coordinates");
+              by_offset ? "count from the structure's base or position, along its own axes" : "give a point of the structure in scene coordinates");
+    }
 }
 
 void Builder::pair_structures() {

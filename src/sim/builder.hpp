@@ -63,6 +63,7 @@ class Builder {
   /// Where a structure's reports go; what begins with "warning: " is one, "; " before what to do.
   Report report_of(const std::string& name);
   void add_structures();
+  void warn_of_unused_loads(const StructureSpec& spec);
   /// The nearest point of the structure is followed, but not one of another place altogether.
   void check_probes(const StructureSpec& spec, const Box3& bounds);
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/names.hpp"
 #include "core/ranks.hpp"
 
 namespace talus::sim {
@@ -50,8 +52,11 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
   for (std::size_t q = 0; q < structures.size(); ++q) {
     if (structures[q].fixed_surface) continue;
     int serial = 0;
-    for (const RunHeader::BlockInfo& b : header.blocks)
+    std::set<std::string> names;   // those of an earlier run's pieces among them, where this one goes on with them
+    for (const RunHeader::BlockInfo& b : header.blocks) {
+      names.insert(b.name);
       if (b.fragment) ++serial;
+    }
     for (const Fragment& f : structures[q].structure->take_fragments()) {
       Polyhedron shape;
       std::vector<Vec3> vertices = f.vertices;
@@ -62,7 +67,8 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
         throw NumericalFailure(fmt::format("t = {:.6g} s: a piece of {} has no closed surface: {}", time(), scene.structures[q].name, e.what()));
       }
       dda::Model::Block b;
-      b.name = fmt::format("{}.fragment{}", scene.structures[q].name, ++serial);
+      do b.name = fragment_name(scene.structures[q].name, ++serial);
+      while (!names.insert(b.name).second);
       b.mass = f.mass;
       b.material = structures[q].material;
       b.structure = static_cast<int>(q);
@@ -202,7 +208,7 @@ HistoryRow World::row() {
     q.damage_max = part.structure->damage_max();
     q.damaged_volume = part.structure->damaged_volume();
     q.spalled_volume = part.structure->spalled_volume();
-    if (!part.fixed_surface) {
+    if (part.stepped()) {
       q.members = part.structure->member_states();
       q.peaks = part.structure->load_peaks();
     }

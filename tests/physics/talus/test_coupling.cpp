@@ -3,6 +3,8 @@
 
 #include <fmt/format.h>
 
+#include <set>
+
 #include "core/error.hpp"
 #include "sim/audit.hpp"
 #include "sim/simulation.hpp"
@@ -113,6 +115,20 @@ TEST(Preload, MayMoveASkinIntoABlockThatIsFlush) {
   }
 }
 
+/// A block may have the name that a piece had in the run that this one goes on from: pieces that come off now are numbered past it.
+TEST(Pieces, GetNamesThatNoBlockHas) {
+  SceneText s(Method::by_accuracy(1e-2), 0.06, Vec3(0, 0, -9.81), "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"");   // is there, and nobody reads it here
+  s.history(2e-2).material("concrete", 2450, "f_cm = \"30 MPa\"").material("rock", 2600).interface("*", "*", 0.5);
+  s.box("pier.fragment1", Vec3::Ones(), Vec3(6, 0, 0.5)).box("striker", Vec3(0.8, 0.8, 0.8), Vec3(-1.2, 0.05, 1.6), velocity(Vec3(15, 0, 0)));
+  const Outcome o = run_scene(s.raw("[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [0.4, 0.4]\nheight = 3.0\ncell_size = \"0.2 m\"\ndamage = \"concrete\"\n").str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const auto& blocks = o.simulation->header().blocks;
+  ASSERT_GT(blocks.size(), 2U);
+  std::set<std::string> names;
+  for (const auto& b : blocks) EXPECT_TRUE(names.insert(b.name).second) << b.name;
+  EXPECT_EQ(blocks[2].name, "pier.fragment2");
+}
+
 TEST(BadStart, CouplingNeedsAStructure) {
   SceneText s(Method::by_accuracy(1e-3), 0.1);
   s.material("rock", 2600).interface("rock", "rock", 0.5).box("B", Vec3::Ones(), Vec3::Zero());
@@ -196,6 +212,39 @@ TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {
   EXPECT_NEAR(o.result.audit.impulse_on_structure.x(), 2 * 5 * 2600 * 0.125, 0.02 * 3250);
   EXPECT_GT(o.last().ledger.external_work, 0);
   for (const auto& r : o.rows) EXPECT_LT(std::abs(r.ledger.residual), 1e-11 * o.rows.front().ledger.kinetic) << r.time;
+}
+
+/// A column under a steady traction that no block touches, by this scheme.
+std::string loaded_column(const std::string& scheme) {
+  SceneText s(Method::by_accuracy(1e-3), 0.02, Vec3(0, 0, -9.81));
+  s.history(1e-3).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0);
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(-5, 0, 9));
+  s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\ncell_size = 0.5\nsupport = [\"-z\"]\n");
+  s.raw("[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n");
+  return s.raw(fmt::format("[coupling]\nscheme = \"{}\"\n", scheme)).str();
+}
+
+/// Base reactions, members and their peaks were left out of the rows: the summary told of zeros.
+TEST(OneWay, TellsWhatTheStructureCarries) {
+  const Outcome together = run_scene(loaded_column("two-way")), apart = run_scene(loaded_column("one-way"));
+  ASSERT_TRUE(together.ok() && apart.ok());
+  const auto &a = together.last().structures[0], &b = apart.last().structures[0];
+  EXPECT_GT(b.peaks.force.value, 0.5e6);
+  EXPECT_NEAR(b.peaks.force.value, a.peaks.force.value, 1e-6 * a.peaks.force.value);
+  ASSERT_EQ(b.members.size(), 1U);
+  ASSERT_EQ(b.peaks.members.size(), 1U);
+  EXPECT_NEAR(b.peaks.members[0].shear.value, a.peaks.members[0].shear.value, 1e-6 * a.peaks.members[0].shear.value);
+  EXPECT_EQ(apart.simulation->header().structures[0].members.size(), 1U);
+  EXPECT_TRUE(apart.simulation->header().structures[0].loaded);
+}
+
+TEST(Rigid, WarnsOfALoadThatHasNoEffect) {
+  const sim::Simulation simulation(scene::read_scene_text(loaded_column("rigid"), "/test.toml"));
+  std::string all;
+  for (const Problem& p : simulation.warnings()) all += p.str() + "\n";
+  EXPECT_NE(all.find("structure.P.load: has no effect"), std::string::npos) << all;
+  EXPECT_FALSE(simulation.header().structures[0].loaded);
+  EXPECT_TRUE(simulation.header().structures[0].members.empty());
 }
 
 /// A block that fell asleep pressed no more: what the base carried beyond the slab was gone.

@@ -8,13 +8,38 @@
 #include <thread>
 #include <vector>
 
+#include "core/csv.hpp"
 #include "core/error.hpp"
 #include "core/log.hpp"
+#include "core/names.hpp"
 #include "core/sha256.hpp"
 #include "core/suggest.hpp"
 
 namespace talus {
 namespace {
+
+TEST(Names, AreShortTextsWithoutSlashesAndControlCharacters) {
+  for (const char* good : {"B1", "Pier <A> & \"B\"", "\u00e9", "=1+1", "\U0001F5FF", "..."}) EXPECT_TRUE(is_name(good)) << good;
+  for (const char* bad : {"", ".", "..", "*", "../x", "a\\b", "a\nb", "a\x1b[31m", "a\x7f", "a\xc2\x9b" "31m", "Fels\xe9", "\xc0\xaf", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xe2\x82"}) EXPECT_FALSE(is_name(bad)) << printable(bad);
+  EXPECT_TRUE(is_name(std::string(100, 'x')));
+  EXPECT_FALSE(is_name(std::string(101, 'x')));
+}
+
+TEST(Names, OfPiecesAreToldFromOthers) {
+  EXPECT_TRUE(is_fragment_name(fragment_name("pier", 12), "pier"));
+  for (const char* other : {"pier", "pier.fragment", "pier.fragments", "pier.fragment1-1", "pier2.fragment1", "a.pier.fragment1"}) EXPECT_FALSE(is_fragment_name(other, "pier")) << other;
+}
+
+TEST(Names, AreShownWithoutWhatSteersATerminal) {
+  EXPECT_EQ(printable("a\x1b[31m\xc2\x9b\u00e9\n"), "a\\x1b[31m\\xc2\\x9b\u00e9\n");
+  EXPECT_EQ(printable("Fels\xe9"), "Fels\\xe9");
+}
+
+TEST(Csv, NamesAreNoFormulas) {
+  EXPECT_EQ(csv_field("B1.position.x [m]"), "B1.position.x [m]");
+  for (const char first : {'=', '+', '-', '@'}) EXPECT_EQ(csv_field(std::string(1, first) + "1"), std::string("'") + first + "1");
+  EXPECT_EQ(csv_field("=HYPERLINK(\"a\",1)"), "\"'=HYPERLINK(\"\"a\"\",1)\"");
+}
 
 TEST(EditDistance, KnownValues) {
   EXPECT_EQ(edit_distance("", ""), 0);

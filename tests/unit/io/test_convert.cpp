@@ -118,6 +118,7 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
   for (const auto& b : system) sum += b.volume;
   volume = geometry::signed_volume(again.vertices, again.triangles);
   EXPECT_NEAR(volume, sum, 1e-9 * sum);
-  EXPECT_THROW(io::read_blocks(results, "noon"), InputError);
+  for (const char* when : {"noon", "nan", "inf", "-5", "99", "8.01"}) EXPECT_THROW(io::read_blocks(results, when), InputError) << when;
+  EXPECT_EQ(io::read_blocks(results, "8.000001").vertices, io::read_blocks(results, "end").vertices);   // rounded
   EXPECT_NE(io::read_blocks(results, "0").vertices, io::read_blocks(results, "end").vertices);
 }

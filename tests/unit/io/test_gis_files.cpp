@@ -145,6 +145,7 @@ TEST_F(GisFiles, TheCellIsChosenRoundAndBadRequestsAreTold) {
   EXPECT_EQ(map.transform[1], 1);   // some 110 m of path
   EXPECT_THROW(io::results_map(results, "anger", 1), InputError);
   EXPECT_THROW(io::results_map(results, "passages", 1e-3), InputError);
+  EXPECT_THROW(io::results_map(results, "passages", 1e30), InputError);
   EXPECT_THROW(io::tracks_geojson(scratch.path / "missing.h5"), InputError);
 }
 

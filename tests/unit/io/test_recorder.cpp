@@ -481,6 +481,25 @@ TEST(Recorder, ABlockThatWasJustLetGoIsNotAtRest) {
   EXPECT_NE(told(0, 0.2).find("It still moves at the end."), std::string::npos) << told(0, 0.2);
 }
 
+/// One that lay still in plan was told to have gone farthest, for all that another fell.
+TEST(Recorder, TheBlockThatWentFarthestIsThatOfTheLongestWay) {
+  SyntheticRun run = small();
+  run.structure = false;
+  const auto told = [&](double end, double fall, double slide) {
+    io::SummaryBuilder builder(run.header());
+    sim::HistoryRow row = run.row(0, 2);
+    for (auto& v : row.velocity) v.setZero();
+    builder.add(row);
+    row.time = end;
+    row.position[1] += Vec3(slide, 0, -fall);
+    builder.add(row);
+    return nlohmann::json::parse(builder.text(nullptr))["headline"].get<std::vector<std::string>>();
+  };
+  EXPECT_EQ(told(0.1, 0.049, 0)[0].substr(0, 47), "B2 went farthest: 0 m in plan, 49 mm down, at u");
+  EXPECT_EQ(told(0.1, 0, 0.2)[0].substr(0, 32), "B2 went farthest: 200 mm in plan");
+  EXPECT_EQ(told(1e-300, 0, 0)[1], "The run is too short to tell what rests.");
+}
+
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
   const Scratch scratch;
   SyntheticRun run = small();
@@ -579,6 +598,43 @@ TEST(Recorder, QuietStructuresAreNotWrittenAgain) {
   EXPECT_NE(pvd.find("timestep=\"2.5\" part=\"2\" name=\"P2\" file=\"fields/P2_000000.vtu\""), std::string::npos);
   EXPECT_NE(pvd.find("timestep=\"0\""), std::string::npos);
   EXPECT_NE(bytes(dir / "results.xdmf").find("<Time Value=\"2.5\"/>"), std::string::npos);
+}
+
+/// A run of 0.2 s whose structure has this name.
+fs::path run_of_structure(const Scratch& scratch, const std::string& name) {
+  SyntheticRun run = small();
+  run.end = 0.2;
+  run.bars = true;
+  sim::RunHeader header = run.header();
+  header.structures[0].name = name;
+  const fs::path dir = scratch.path / "out";
+  io::Recorder recorder(options(dir), header);
+  run.record(recorder, 0, run.rows() - 1, [](int) {});
+  recorder.finish({});
+  return dir;
+}
+
+TEST(Recorder, NamesAreEscapedInWhatParaViewOpens) {
+  const Scratch scratch;
+  const fs::path dir = run_of_structure(scratch, "Pier <A> & \"B\"");
+  EXPECT_TRUE(fs::exists(dir / "fields/Pier <A> & \"B\"_000000.vtu"));
+  const std::string pvd = bytes(dir / "results.pvd"), xdmf = bytes(dir / "results.xdmf"), name = "Pier &lt;A&gt; &amp; &quot;B&quot;";
+  EXPECT_NE(pvd.find("name=\"" + name + "\" file=\"fields/" + name + "_000000.vtu\""), std::string::npos) << pvd;
+  EXPECT_NE(xdmf.find("Name=\"" + name + "\""), std::string::npos);
+  EXPECT_NE(xdmf.find("/structures/" + name + "/nodes"), std::string::npos);
+}
+
+/// A structure of the name "blocks" wrote over the files of the blocks.
+TEST(Recorder, NoTwoPartsShareTheirFiles) {
+  const Scratch scratch;
+  const fs::path dir = run_of_structure(scratch, "blocks");
+  const std::string pvd = bytes(dir / "results.pvd");
+  for (const std::string stem : {"blocks", "blocks_", "blocks__bars"}) {
+    EXPECT_TRUE(fs::exists(dir / ("fields/" + stem + "_000000.vtu"))) << stem;
+    EXPECT_NE(pvd.find("file=\"fields/" + stem + "_000000.vtu\""), std::string::npos) << pvd;
+  }
+  EXPECT_NE(bytes(dir / "fields/blocks_000000.vtu").find("faceoffsets"), std::string::npos);
+  EXPECT_EQ(bytes(dir / "fields/blocks__000000.vtu").find("faceoffsets"), std::string::npos);
 }
 
 TEST(Recorder, FullDiskIsReportedAndKeepsWhatWasThere) {

@@ -265,7 +265,15 @@ TEST(Report, NamesTheFileThatIsNotAsTheRunWroteIt) {
     }
     return false;
   };
-  for (const char* text : {"", "{", "[]", "{\"title\": 3}", "{\"impacts\": [{\"start\": \"soon\"}]}"}) EXPECT_TRUE(told("summary.json", text)) << text;
+  for (const char* text : {"", "{", "[]", "{\"title\": 3}", "{\"impacts\": [{\"start\": \"soon\"}]}", "{}", "{\"schema\": 1, \"headline\": [\"a\"], \"structures\": 5}"})
+    EXPECT_TRUE(told("summary.json", text)) << text;
+  // Each would have stopped the script of a page that was written all the same.
+  for (const auto& [pointer, value] : std::vector<std::pair<const char*, nlohmann::json>>{{"/headline", "a"}, {"/warnings", {1}}, {"/plan", {{{"a", 1}}}}, {"/time/end", "soon"}, {"/blocks/0/name", 5}, {"/blocks/0/end", {1, 2}},
+                                                                                         {"/impacts/0/impulse", nullptr}, {"/structures/0/probes", 3}, {"/structures/0/hit", "yes"}, {"/confidence", {1, 2}}, {"/energy", nullptr}}) {
+    auto wrong = nlohmann::json::parse(whole);
+    wrong[nlohmann::json::json_pointer(pointer)] = value;
+    EXPECT_TRUE(told("summary.json", wrong.dump())) << pointer;
+  }
   io::write_file(options.directory / "summary.json", whole);
   for (const char* text : {"", "{}", "{\"members\": [7]}"}) EXPECT_TRUE(told("capacity.json", text)) << text;
 }

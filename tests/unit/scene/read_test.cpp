@@ -16,6 +16,16 @@ int index(const Scene& scene, const std::string& name) {
   return 0;
 }
 
+TEST(ReadScene, NamesOfPiecesAreKeptForThem) {
+  const Place place;
+  const std::string scene = changed(full, "name = \"B1\"", "name = \"P2.fragment1\"");
+  EXPECT_THROW(read_scene_text(scene, place.scene()), InputError);
+  EXPECT_NO_THROW(read_scene_text(changed(full, "name = \"B1\"", "name = \"P2.fragments\""), place.scene()));
+  // A run that goes on from another may have its pieces as blocks.
+  EXPECT_NO_THROW(read_scene_text(changed(scene, "accuracy = 1e-3", "accuracy = 1e-3\ninitial_state = \"slope.stl\""), place.scene()));
+  EXPECT_NO_THROW(read_scene_text(scene, place.scene(), {{"coupling.fragments", "false"}}));
+}
+
 TEST(ReadScene, FillsTheStructs) {
   const Place place;
   const Scene s = read_scene_text(full, place.scene());
