@@ -18,13 +18,15 @@ help:
 setup:
 	@scripts/setup.sh
 
-# The program and its modules; the tests are built by `make test`.
+# The program and its modules; the tests are built by `make test`. First the report's page, whose npm packages come over the network: what is missing there is told at once.
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
+	@cmake --build $(BUILD) --target talus_report_page
 	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_cholmod talus_dealii talus_raster
 
 test: setup
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
+	@cmake --build $(BUILD) --target talus_report_page
 	@cmake --build $(BUILD) -j $(JOBS)
 	@ctest --test-dir $(BUILD) --output-on-failure -j $(JOBS)
 

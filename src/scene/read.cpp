@@ -141,7 +141,7 @@ int Reading::material(const View& view, const std::string& key, bool surface) {
   for (const Material& m : scene.materials) known.push_back(m.name);
   const std::string near = nearest_name(name, known);
   names_good = false;
-  view.problem(key, "there is no such material", near.empty() ? fmt::format("add a [[material]] with name = \"{}\"", name) : fmt::format("did you mean \"{}\"?", near));
+  view.problem(key, "there is no such material", near.empty() ? fmt::format("add a [[material]] with name = \"{}\", or, of ground that only needs laws of contact, name it in an [[interface]]", name) : fmt::format("did you mean \"{}\"?", near));
   return 0;
 }
 

@@ -80,11 +80,47 @@ std::string time_line(const World& w) {
   return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
 }
 
+struct Span {
+  double least = std::numeric_limits<double>::infinity(), most = -std::numeric_limits<double>::infinity();
+  void add(double x) { least = std::min(least, x), most = std::max(most, x); }
+  std::string text(int digits, double none) const {
+    const auto number = [&](double x) { return fmt::format("{:.{}g}", std::abs(x) < none ? 0.0 : x, digits); };
+    return number(most) == number(least) ? number(least) : number(least) + " to " + number(most);
+  }
+};
+
+/// How steep the ground is under the blocks, over their width, and the dip that their friction there holds by itself. Empty where there is no ground below.
+std::string dip_line(const World& w) {
+  const coupling::Environment& env = w.system->environment();
+  const dda::Model& model = w.system->model();
+  constexpr double degree = 180 / M_PI;
+  Span dip, held;
+  for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
+    const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
+    if (block.fixed) continue;
+    const Vec3 c = w.pose(i).c;
+    const double on_terrain = ground_height(env.terrain.get(), {}, c.x(), c.y()), on_plane = ground_height(nullptr, env.planes, c.x(), c.y());
+    const auto height = [&](double x, double y) { return ground_height(env.terrain.get(), env.planes, c.x() + x, c.y() + y); };
+    const double r = block.shape->radius;
+    const double slope = std::hypot(height(r, 0) - height(-r, 0), height(0, r) - height(0, -r)) / (2 * r);
+    if (!std::isfinite(slope)) continue;
+    int ground = -1;
+    if (std::isfinite(on_terrain) && !(on_plane > on_terrain)) ground = env.terrain->surface().default_material;
+    for (const Plane& plane : env.planes)
+      if (ground < 0 && ground_height(nullptr, {plane}, c.x(), c.y()) == on_plane) ground = plane.material;
+    if (ground < 0) continue;
+    dip.add(degree * std::atan(slope));
+    held.add(degree * std::atan(env.laws(ground, block.material).friction));
+  }
+  if (!(dip.least <= dip.most)) return "";
+  return fmt::format(" The ground under them dips by {} deg, friction alone holds {} deg.", dip.text(2, 1e-3), held.text(2, 1e-3));
+}
+
 /// How high the blocks start above the ground: least plumb height of their corners. Empty where there is no ground below.
 std::string start_line(const World& w) {
   const coupling::Environment& env = w.system->environment();
   const dda::Model& model = w.system->model();
-  double least = std::numeric_limits<double>::infinity(), most = -least;
+  Span start;
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
     if (block.fixed) continue;
@@ -94,11 +130,10 @@ std::string start_line(const World& w) {
       const Vec3 x = pose.world(corner);
       if (const double ground = ground_height(env.terrain.get(), env.planes, x.x(), x.y()); std::isfinite(ground)) height = std::min(height, x.z() - ground);
     }
-    if (std::isfinite(height)) least = std::min(least, height), most = std::max(most, height);
+    if (std::isfinite(height)) start.add(height);
   }
-  if (!(least <= most)) return "";
-  const auto metres = [](double height) { return fmt::format("{:.3g}", std::abs(height) < 1e-6 ? 0.0 : height); };
-  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.", metres(most) == metres(least) ? metres(least) : metres(least) + " to " + metres(most));
+  if (!(start.least <= start.most)) return "";
+  return fmt::format("Start: {} m above the ground, plumb under the lowest corner.{}", start.text(3, 1e-6), dip_line(w));
 }
 
 /// Where a structure's members stand, how high they are, what the whole weighs.
