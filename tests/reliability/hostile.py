@@ -166,6 +166,7 @@ CASES = {
     "bars-outside": (HEAD + PLANE + BODY + column(rebar='"bars.csv"'), {"bars.csv": "bar,x,y,z,diameter\n1,500,0,0,0.02\n1,500,0,4,0.02\n"}, ["bars.csv"]),
     "bars-of-words": (HEAD + PLANE + BODY + column(rebar='"bars.csv"'), {"bars.csv": "these are\nno bars\n"}, ["bars.csv"]),
     "msh-inside-out": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("5 6 7 8 1 2 3 4")}, ["m.msh"]),
+    "msh-cell-twice": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("1 2 3 4 5 6 7 8").replace("$Elements\n1\n", "$Elements\n2\n2 5 2 1 1 1 2 3 4 5 6 7 8\n")}, ["m.msh", "cell 1", "cell 2"]),
     "msh-node-missing": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("1 2 3 4 5 6 7 99")}, ["m.msh"]),
     "msh-without-cells": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("")}, ["m.msh"]),
     "inp-of-shells": (HEAD + PLANE + BODY + MESHED("m.inp"), {"m.inp": "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT, TYPE=S4\n1,1,2,3,4\n"}, ["m.inp"]),
