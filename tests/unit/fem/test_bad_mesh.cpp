@@ -122,7 +122,7 @@ TEST(BadMesh, CellsThatOverlapWithoutACommonNode) {
     FemStructure body(from_text(text), Vec3(0, 0, -9.81), [&](const std::string& line) { all += line + "\n"; });
     return all;
   };
-  expect_in(said("0.5", "1.5"), {"warning: structure.M", "cell 701", "cell 702", "overlap"});
-  expect_in(said("-9", "9"), {"warning: structure.M", "overlap"});
+  expect_in(said("0.5", "1.5"), {"warning: ", "cell 701", "cell 702", "overlap"});
+  expect_in(said("-9", "9"), {"warning: ", "overlap"});
   EXPECT_EQ(said("1", "2").find("overlap"), std::string::npos);
 }
