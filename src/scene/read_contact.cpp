@@ -274,7 +274,7 @@ double friction_coefficient(const Node& node) {
 }
 
 std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header) {
+                                              std::vector<std::string>* header, std::vector<int>* lines) {
   std::ifstream file(path);
   std::vector<std::vector<double>> rows;
   std::string line;
@@ -305,6 +305,7 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
       return {};
     }
     rows.push_back(std::move(row));
+    if (lines) lines->push_back(number);
   }
   if (rows.empty()) view.problem(key, "the file holds no rows of numbers", "give numbers in SI, separated by commas");
   return rows;

@@ -79,6 +79,7 @@ POLYGON = '{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9], 
 HEX = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n$EndNodes\n"
        "$Elements\n1\n1 5 2 1 1 {}\n$EndElements\n")
 MESHED = lambda file: CONCRETE + f'[[structure]]\nname = "M"\nkind = "mesh"\nmaterial = "C40"\nfile = "{file}"\nsupport = ["-z"]\n'
+STRIKE = '[impact]\nmaterial = "rock"\nshape = "EOTA111"\ntrajectories = "t.csv"\n'
 
 # name: (scene or arguments, files, words that must be said[, exit code: 0 for what is only warned of])
 CASES = {
@@ -172,6 +173,8 @@ CASES = {
     "msh-node-missing": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("1 2 3 4 5 6 7 99")}, ["m.msh"]),
     "msh-without-cells": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("")}, ["m.msh"]),
     "inp-of-shells": (HEAD + PLANE + BODY + MESHED("m.inp"), {"m.inp": "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT, TYPE=S4\n1,1,2,3,4\n"}, ["m.inp"]),
+    "impact-that-flies-away": (["impact", "{scene}", "-o", "{dir}/out"], {"scene.toml": HEAD + column() + STRIKE, "t.csv": "x,y,z,vx,vy,vz,mass\n8,0,2,-10,0,0,500\n"}, ["scene.toml:", "impact.trajectories", "row 1 (line 2)", "flies away"]),
+    "impact-faster-than-light": (["impact", "{scene}", "-o", "{dir}/out"], {"scene.toml": HEAD + column() + STRIKE, "t.csv": "x,y,z,vx,vy,vz,mass\n8,0,2,1e200,0,0,500\n"}, ["impact.trajectories", "row 1 (line 2)", "vx = 1e+200"]),
     # texts, paths, references
     "names-of-control-characters": (HEAD + PLANE + block(name='"B\\u0007\\u001b[31m"'), {}, ["name"]),
     "names-alike-but-for-case-of-unicode": (HEAD + PLANE + block(name='"\u00e9"') + block(name='"\u00e9"', position="[5, 0, 3]"), {}, ["taken already"]),

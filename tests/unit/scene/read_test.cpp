@@ -328,6 +328,9 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   EXPECT_EQ(t.impact->velocity, Vec3(12, 0, -2));
   EXPECT_EQ(t.impact->point, Vec3(0, 1, 5));
   EXPECT_EQ(t.impact->shape.mass, 3000);
+  EXPECT_EQ(t.impact->trajectory, "row 2 (line 3) of " + (place.path() / "paths.csv").string());
+  const Scene agreeing = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"both.csv\"\nrow = 2\n" + structure, place.scene());
+  EXPECT_EQ(agreeing.impact->shape.mass, 2500);
   const Scene again = read_scene_text(t.resolved_json, place.scene());
   EXPECT_TRUE(again.resolved_json == t.resolved_json);
 
