@@ -27,6 +27,7 @@ const Broken list[] = {
     {"[output]", "[[line]]\nname = \"net\"\n[output]", "line", "is planned, not yet there"},
     {"[output]", "[temperature]\n[output]", "temperature", "the keys here are schema, title"},
     // simulation
+    {"friction = 0.5", "friction = 0.5\ncontact_law = { kind = \"table\", points = [[0, 0], [0.1, 0], [0.2, 0]] }", "interface.rock/*.contact_law.points", "the force must grow"},
     {"duration = \"30 s\"", "duration = \"30 m\"", "simulation.duration", "must be a time in s, e.g. 1e-3 or \"1 ms\": this one is in m"},
     {"duration = \"30 s\"", "duration = \"30 sec\"", "simulation.duration", "unknown unit \"sec\""},
     {"duration = \"30 s\"", "duration = \"30\"", "simulation.duration", "the unit is missing"},

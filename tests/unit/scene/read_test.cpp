@@ -229,6 +229,8 @@ TEST(ReadScene, ContactLawForms) {
   ASSERT_EQ(table.table.size(), 3u);
   EXPECT_EQ(table.table[2], std::pair(0.02, 1.5e6));
   EXPECT_EQ(law("{ kind = \"table\", points = [[0, 0], [\"1 cm\", \"1 MN\"]] }").table[1], std::pair(0.01, 1e6));
+  const Scene s = read_scene_text(changed(full, "restitution = 0.4", "contact_law = { kind = \"table\", file = \"law.csv\" }"), place.scene());
+  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n == "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last slope goes on"; }));
 }
 
 TEST(ReadScene, SetReplacesByNameAndPlace) {
