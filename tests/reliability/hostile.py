@@ -107,6 +107,7 @@ CASES = {
     "grid-cell-nan": (HEAD + site("g.asc") + BODY, {"g.asc": grid(cellsize="nan")}, ["g.asc"]),
     "grid-too-few-values": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 5\n")}, ["g.asc"]),
     "grid-too-many-values": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 5 6\n7 8 9\n10 11 12\n")}, ["g.asc"]),
+    "grid-up-to-the-stars": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 1e200 6\n7 8 9\n")}, ["g.asc", "1e+200 in row 2, column 2", "NODATA"]),
     "grid-words": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 five 6\n7 8 9\n")}, ["g.asc"]),
     "grid-gigantic": (HEAD + site("g.asc") + BODY, {"g.asc": grid(ncols=2000000000, nrows=2000000000)}, ["g.asc"]),
     "block-under-terrain": (HEAD + site("g.asc") + block(position="[5, 5, -2]"), {"g.asc": grid()}, ["block.B.position", "below the terrain, which is solid and stands at z = ", "raise it to about z = "]),
