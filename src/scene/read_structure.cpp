@@ -92,6 +92,7 @@ void read_section(const View& view, StructureSpec& spec) {
   }
   spec.wall_thickness = view.number("wall_thickness");
   const double diameter = view.number("diameter");
+  if (view.has("diameter") && view.has("section_size")) view.problem("section_size", "the section has its diameter already", "keep one of them");
   if (spec.section == "round" && diameter > 0) outer = Vec3(diameter, diameter, 0);
   else if (view.has("diameter") && spec.section != "round") view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
   if (spec.section == "hollow") view.missing("wall_thickness", "a hollow section needs it");
@@ -131,6 +132,8 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
     bar.yield = rule.number("yield");
     bar.ultimate_strain = rule.number("ultimate_strain");
     bar.prestress = rule.number("prestress");
+    if (bar.kind == "longitudinal" && bar.spacing > 0) rule.problem("spacing", "only stirrups have a spacing", "remove it: it has no effect", Problem::Severity::warning);
+    if (bar.kind == "stirrups" && bar.bars > 0) rule.problem("bars", "only longitudinal bars have a number: a stirrup is one closed tie", "remove it: it has no effect; inner ties need polylines in a CSV file", Problem::Severity::warning);
     if (bar.prestress >= bar.yield && rule.get("prestress")) rule.problem("prestress", "must be below the yield stress", "at most 0.75 of it after losses");
     if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars"))) rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
     if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing"))) rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");

@@ -162,6 +162,8 @@ CASES = {
     "cells-of-microns": (HEAD + PLANE + BODY + column(cell_size='"1 um"'), {}, ["structure.P.cell_size"]),
     "cells-of-microns-in-a-zone": (HEAD + PLANE + BODY + column("[[structure.refine]]\nregion = { min = [8, -1, 3], max = [10, 1, 5] }\ncell_size = 1e-6\n"), {}, ["scene.toml:", "structure.P.refine", "million cells"]),
     "spans-without-number": (HEAD + PLANE + BODY + CONCRETE + '[[structure]]\nname = "V"\nkind = "viaduct"\nmaterial = "C40"\nposition = [20, 0, 0]\ncell_size = 1\nspans = 1e9\n', {}, ["structure.V.spans", "1000"]),
+    "bars-by-the-wrong-keys": (HEAD + PLANE + BODY + column("".join(f'[[structure.rebar]]\nkind = "{kind}"\nbars = 8\nspacing = 0.2\ndiameter = "20 mm"\ncover = "40 mm"\n' for kind in ("longitudinal", "stirrups"))), {}, ["structure.P.rebar.0.spacing = 0.2: only stirrups", "structure.P.rebar.1.bars = 8: only longitudinal"], 0),
+    "bars-that-break-at-once": (HEAD + PLANE + BODY + column('[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "20 mm"\ncover = "40 mm"\nultimate_strain = 1e-9\n'), {}, ["structure.P.rebar.0.ultimate_strain"]),
     "support-on-nothing": (HEAD + PLANE + BODY + column(support="[{ point = [500, 0, 0] }]"), {}, ["structure.P.support"]),
     "load-on-nothing": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [50, 50, 50], max = [51, 51, 51] }\ntraction = [1e6, 0, 0]\n"), {}, ["structure.P.load"]),
     "probe-far-away": (HEAD + PLANE + BODY + column('[[structure.probe]]\nname = "p"\nat = [5000, 0, 0]\n'), {}, ["structure.P.probe"]),

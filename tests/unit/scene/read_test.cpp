@@ -104,12 +104,12 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15", "0.15 N/m is the fracture energy of no rock or concrete");
   expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
   expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
-  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   EXPECT_EQ(warnings(changed(full, bars, rule)).find("rebar"), std::string::npos);
   expect(bars, changed(rule, "150 mm", "3 m"), "wider than the section's least side (2 m)");
   expect(bars, changed(rule, "40 mm", "60 cm"), "puts the bars deep within the section, of 2 m");
   const auto both = [](const char* bars_cover) {
-    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   };
   expect(bars, both("28 mm"), "structure.P2.rebar.0.cover = \"28 mm\": is less than that of the stirrups, 0.04 m");
   EXPECT_EQ(warnings(changed(full, bars, both("40 mm"))).find("stirrups"), std::string::npos);
