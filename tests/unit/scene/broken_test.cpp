@@ -27,6 +27,8 @@ const Broken list[] = {
     {"[output]", "[[line]]\nname = \"net\"\n[output]", "line", "is planned, not yet there"},
     {"[output]", "[temperature]\n[output]", "temperature", "the keys here are schema, title"},
     // simulation
+    {"accuracy = 1e-3", "step = 1e-10", "simulation.step", "must not be shorter than min_step, 1e-09 s"},
+    {"accuracy = 1e-3", "min_step = 31", "simulation.min_step", "must not be longer than the duration, 30 s"},
     {"friction = 0.5", "friction = 0.5\ncontact_law = { kind = \"table\", points = [[0, 0], [0.1, 0], [0.2, 0]] }", "interface.rock/*.contact_law.points", "the force must grow"},
     {"spacing = \"3.84 m\"", "spacing = \"3.84 m\"\nspacing_deviation = 0.5", "rock_mass.joint_set.J3.spacing_deviation", "has no effect with spacing_distribution = \"constant\""},
     {"duration = \"30 s\"", "duration = \"30 m\"", "simulation.duration", "must be a time in s, e.g. 1e-3 or \"1 ms\": this one is in m"},
