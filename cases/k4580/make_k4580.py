@@ -412,7 +412,6 @@ cover = "50 mm"
 
 [[structure.rebar]]
 kind = "stirrups"
-bars = 2
 diameter = "12 mm"
 cover = "40 mm"
 spacing = "150 mm"
@@ -428,7 +427,6 @@ cover = "50 mm"
 [[structure.rebar]]
 part = "cap"
 kind = "stirrups"
-bars = 4
 diameter = "12 mm"
 cover = "38 mm"
 spacing = "150 mm"

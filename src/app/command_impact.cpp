@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "geometry/free_path.hpp"
 #include "geometry/shape.hpp"
+#include "scene/document.hpp"
 #include "sim/simulation.hpp"
 #include "sim/world.hpp"
 
@@ -39,18 +40,31 @@ TriangleSurface standing_skin(scene::Scene scene) {
   return alone.world().system->environment().structures[0].index->surface();
 }
 
-/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight, which goes through centroid and impact point. Where that line
-/// meets nothing (`meets` tells), the foremost point along the flight lies `clearance` before the impact point.
-Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin, bool& meets) {
+/// What the block's line of flight, which goes through centroid and impact point, has to do with the structure.
+enum class Flight { meets, passes_by, has_left };
+
+/// The block's centroid at t = 0: `clearance` before its first touch on the line of flight. Where that line meets nothing, the foremost point along the
+/// flight lies `clearance` before the impact point. A block whose only touch lies behind the impact point `has_left`.
+Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, const TriangleSurface& skin, Flight& flight) {
   const Polyhedron body = body_of(scene, impact);
   const Vec3 along = impact.velocity.normalized();
   double reach = 0;
   for (const Vec3& v : body.vertices) reach = std::max(reach, along.dot(impact.rotation * v));
   constexpr double run_up = 4;   // radii: in front of all that the body's sides may meet first
-  const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation};
-  const double way = geometry::free_path(body, behind, skin, along);
-  meets = std::isfinite(way);
+  const Pose behind{impact.point - (reach + run_up * body.radius) * along, impact.rotation}, there{impact.point, impact.rotation};
+  const double way = geometry::free_path(body, behind, skin, along), beyond = way - run_up * body.radius;   // of the impact point, at the first touch
+  flight = !std::isfinite(way) ? Flight::passes_by : beyond < -0.1 * body.radius && !std::isfinite(geometry::free_path(body, there, skin, along)) ? Flight::has_left : Flight::meets;
   return behind.c + ((std::isfinite(way) ? way : run_up * body.radius) - impact.clearance) * along;
+}
+
+/// A problem of the place that the block flies through, by the scene's key or the row of its trajectories.
+Problem problem_of_flight(const scene::Scene& scene, const scene::Impact& impact, Problem::Severity severity, std::string rule, std::string remedy) {
+  const std::string point = fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z());
+  const bool row = !impact.trajectory.empty();
+  Problem p{.severity = severity, .file = scene.file, .key = row ? "impact.trajectories" : "impact.point", .value = row ? fmt::format("{}, x, y, z = {}", impact.trajectory, point) : point, .rule = std::move(rule),
+            .remedy = std::move(remedy)};
+  if (const scene::Where* place = scene::place_of(scene, p.key)) p.file = place->file, p.line = place->line, p.column = place->column;
+  return p;
 }
 
 }  // namespace
@@ -85,12 +99,14 @@ int command_impact(const Options& options) {
   scene.rock_mass.reset();
   const std::set<int> here{impact.material, struck};
   std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
-  bool meets = true;
-  block.position = starting_position(scene, impact, standing_skin(scene), meets);
-  if (!meets)
-    scene.warnings.push_back({.severity = Problem::Severity::warning, .file = scene.file, .key = "impact.point", .value = fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z()),
-                              .rule = fmt::format("on its line of flight through this point the block passes {} by", scene.structures[0].name),
-                              .remedy = "move the point to the structure's surface, or turn the velocity towards it"});
+  Flight flight = Flight::meets;
+  block.position = starting_position(scene, impact, standing_skin(scene), flight);
+  if (flight == Flight::passes_by)
+    scene.warnings.push_back(problem_of_flight(scene, impact, Problem::Severity::warning, fmt::format("on its line of flight through this point the block passes {} by", scene.structures[0].name),
+                                               impact.trajectory.empty() ? "move the point to the structure's surface, or turn the velocity towards it" : "choose another row, or move the structure into its way"));
+  if (flight == Flight::has_left)
+    throw InputError(problem_of_flight(scene, impact, Problem::Severity::error, fmt::format("the block flies away: {} lies behind it there", scene.structures[0].name),
+                                       impact.trajectory.empty() ? "move the point to the side that it strikes, or turn the velocity" : "choose a row before the blow"));
   scene.blocks = {block};
   scene.prescribed_impact = true;
   scene.resolved_json = scene::resolved_json(scene);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/error.hpp"
 #include "core/reject.hpp"
 #include "fem/bar_anchorage.hpp"
 #include "fem/viaduct.hpp"
@@ -30,6 +31,20 @@ rebar::HostSearch host_of_bars(const StructureSpec& spec, const HexMesh& mesh, c
   };
 }
 
+/// The law's own demands, told by the keys of the rule.
+void check_steel(const material::Steel::Parameters& steel, const std::string& rule) {
+  try {
+    const material::Steel law(steel);
+  } catch (const InputError& e) {
+    std::vector<Problem> problems = e.problems();
+    for (Problem& p : problems) {
+      const std::string name = p.key.substr(p.key.rfind('.') + 1);
+      p.key = rule + "." + (name == "fracture_strain" ? "ultimate_strain" : name);
+    }
+    throw InputError(problems);
+  }
+}
+
 }  // namespace
 
 Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& supports, std::vector<rebar::Member> members, const std::function<void(const std::string&)>& warn) {
@@ -53,6 +68,7 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
     steel.fracture_strain = rule.ultimate_strain;
     steel.prestress = rule.prestress;
     steel.rate_effect = spec.rate_effect;
+    check_steel(steel, fmt::format("{}.{}", key, &rule - spec.rebar_rules.data()));
     if (rule.part == "deck") {
       const std::vector<rebar::Bar> made = deck_bars(spec, rule, steel);
       all.insert(all.end(), made.begin(), made.end());

@@ -7,7 +7,9 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
+#include "fem/rebar_embed.hpp"
 #include "fem/trilinear.hpp"
 
 namespace talus::fem {
@@ -220,6 +222,25 @@ double shortest_edge(const HexMesh& mesh, int cell) {
 
 }  // namespace
 
+namespace {
+
+/// Whether two cells see a face they share from one side: the cyclic order of its nodes, outward, is the same.
+bool same_side(const HexMesh& mesh, const FaceKey& a, const FaceKey& b) {
+  const auto at = [&](const FaceKey& f, int k) { return mesh.hexes[static_cast<std::size_t>(f.cell)][static_cast<std::size_t>(hex_faces[f.face][k % 4])]; };
+  int start = 0;
+  while (at(b, start) != at(a, 0)) ++start;
+  return at(b, start + 1) == at(a, 1);
+}
+
+bool same_nodes(const HexMesh& mesh, int a, int b) {
+  auto one = mesh.hexes[static_cast<std::size_t>(a)], other = mesh.hexes[static_cast<std::size_t>(b)];
+  std::sort(one.begin(), one.end());
+  std::sort(other.begin(), other.end());
+  return one == other;
+}
+
+}  // namespace
+
 void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file) {
   CellProblems problems(mesh, key, file);
   const std::vector<FaceKey> faces = sorted_faces(mesh);
@@ -227,7 +248,41 @@ void check_faces(const HexMesh& mesh, const std::string& key, const std::string&
     if (faces[i].node == faces[i + 2].node)
       problems.add(faces[i + 2].cell, "the same face as " + cell_name(mesh, faces[i].cell) + " and " + cell_name(mesh, faces[i + 1].cell), "a face has two cells at the most",
                    "remove cells that are in the mesh twice or lie in one another");
+  for (std::size_t i = 0; i + 1 < faces.size(); ++i) {
+    if (faces[i].node != faces[i + 1].node || !same_side(mesh, faces[i], faces[i + 1])) continue;
+    const bool twice = same_nodes(mesh, faces[i].cell, faces[i + 1].cell);
+    problems.add(faces[i + 1].cell, (twice ? "the nodes of " : "on the same side of a face as ") + cell_name(mesh, faces[i].cell), twice ? "a cell is in the mesh once" : "the cells of a face lie on either side of it",
+                 "remove cells that are in the mesh twice or lie in one another");
+  }
   problems.raise();
+}
+
+std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh) {
+  const std::size_t count = mesh.hexes.size();
+  DisjointSets sets(static_cast<int>(mesh.nodes.size()));
+  for (const auto& hex : mesh.hexes)
+    for (const int n : hex) sets.join(hex[0], n);
+  const auto part = [&](std::size_t cell) { return sets.root(mesh.hexes[cell][0]); };
+  bool apart = false;
+  for (std::size_t cell = 1; cell < count && !apart; ++cell) apart = part(cell) != part(0);
+  if (!apart) return {};
+  // A search gives the first cell about a point: from behind it finds what the cell itself hides from before.
+  for (const bool reversed : {false, true}) {
+    std::vector<std::array<int, 8>> hexes = mesh.hexes;
+    if (reversed) std::reverse(hexes.begin(), hexes.end());
+    const rebar::HostSearch search = rebar::host_search(mesh.nodes, hexes, 0);
+    for (std::size_t cell = 0; cell < count; ++cell)
+      for (int q = 0; q < 8; ++q) {
+        const auto shape = shape_values(gauss_point(q));
+        Vec3 point = Vec3::Zero();
+        for (std::size_t a = 0; a < 8; ++a) point += shape[a] * mesh.nodes[static_cast<std::size_t>(mesh.hexes[cell][a])];
+        const auto host = search(point);
+        if (!host || host->xi.cwiseAbs().maxCoeff() > 0.99) continue;
+        const auto found = static_cast<std::size_t>(host->cell), other = reversed ? count - 1 - found : found;
+        if (part(other) != part(cell)) return std::pair(static_cast<int>(cell), static_cast<int>(other));
+      }
+  }
+  return {};
 }
 
 void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file) {

@@ -8,7 +8,9 @@
 #pragma once
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact/structure.hpp"
@@ -71,8 +73,11 @@ Vec3 gauss_point(int q);
 /// size), naming the first twenty, for repeated nodes, and for nodes of a cell in one place.
 void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file);
 
-/// Throws InputError for faces that more than two cells share: cells that are there twice, or lie in one another.
+/// Throws InputError for faces that more than two cells share, or two cells of one side: cells that are there twice, or lie in one another.
 void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file);
+
+/// Two cells of parts that share no node, of which one has a point of integration well inside the other; the first such found.
+std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh);
 
 /// Volume of each cell by its integration points, which is what mass and stiffness use.
 std::vector<double> cell_volumes(const HexMesh& mesh);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace talus::fem {
 namespace {
@@ -13,24 +14,37 @@ void sort_planes(std::vector<double>& planes) {
   planes.erase(std::unique(planes.begin(), planes.end(), [](double a, double b) { return b - a < same_plane; }), planes.end());
 }
 
-/// Cuts (a, b] into cells of the wanted size and appends their upper planes.
-void cut(double a, double b, double size, const std::vector<FineZone>& zones, std::vector<double>& lines) {
+constexpr int samples = 400;
+
+/// Between two planes: the integral of 1 / s from the lower one to each of its even parts.
+struct Wanted {
+  std::array<double, samples + 1> sum{};
+  bool even = true;   // s is the same everywhere
+  double cells() const { return std::max(1.0, std::ceil(sum[samples] - 1e-9)); }
+};
+
+Wanted wanted_between(double a, double b, double size, const std::vector<FineZone>& zones) {
   const auto wanted = [&](double x) {
     double s = size;
     for (const FineZone& z : zones) s = std::min(s, z.size + growth * std::max({0.0, z.low - x, x - z.high}));
     return s;
   };
-  constexpr int samples = 400;
-  std::array<double, samples + 1> sum{};
-  bool even = true;
+  Wanted out;
   for (int i = 0; i < samples; ++i) {
     const double s = wanted(a + (b - a) * (i + 0.5) / samples);
-    even = even && s == wanted(a + (b - a) * 0.5 / samples);
-    sum[i + 1] = sum[i] + (b - a) / samples / s;
+    out.even = out.even && s == wanted(a + (b - a) * 0.5 / samples);
+    out.sum[i + 1] = out.sum[i] + (b - a) / samples / s;
   }
-  const int n = std::max(1, static_cast<int>(std::ceil(sum[samples] - 1e-9)));
+  return out;
+}
+
+/// Cuts (a, b] into cells of the wanted size and appends their upper planes.
+void cut(double a, double b, double size, const std::vector<FineZone>& zones, std::vector<double>& lines) {
+  const Wanted wanted = wanted_between(a, b, size, zones);
+  const auto& sum = wanted.sum;
+  const int n = static_cast<int>(wanted.cells());
   for (int m = 1, i = 0; m < n; ++m) {
-    if (even) {
+    if (wanted.even) {
       lines.push_back(a + (b - a) * m / n);
       continue;
     }
@@ -41,11 +55,9 @@ void cut(double a, double b, double size, const std::vector<FineZone>& zones, st
   lines.push_back(b);
 }
 
-}  // namespace
-
-std::vector<double> graded_lines(std::vector<double> fixed, double size, const std::vector<FineZone>& zones) {
+/// The fixed planes, and the ends of zones: a zone's end makes a plane of its own unless one is near: no slivers.
+std::vector<double> planes_of(std::vector<double> fixed, const std::vector<FineZone>& zones) {
   sort_planes(fixed);
-  // A zone's end makes a plane of its own unless one is near: no slivers.
   std::vector<double> planes = fixed;
   for (const FineZone& z : zones)
     for (double end : {z.low, z.high}) {
@@ -54,9 +66,37 @@ std::vector<double> graded_lines(std::vector<double> fixed, double size, const s
       if (inside && free) planes.push_back(end);
     }
   sort_planes(planes);
+  return planes;
+}
+
+}  // namespace
+
+std::vector<double> graded_lines(std::vector<double> fixed, double size, const std::vector<FineZone>& zones) {
+  const std::vector<double> planes = planes_of(std::move(fixed), zones);
   std::vector<double> lines{planes[0]};
   for (std::size_t k = 0; k + 1 < planes.size(); ++k) cut(planes[k], planes[k + 1], size, zones, lines);
   return lines;
+}
+
+double graded_count(std::vector<double> fixed, double size, const std::vector<FineZone>& zones, double low, double high) {
+  const std::vector<double> planes = planes_of(std::move(fixed), zones);
+  double count = 0;
+  for (std::size_t k = 0; k + 1 < planes.size(); ++k)
+    if (const double middle = 0.5 * (planes[k] + planes[k + 1]); middle > low && middle < high) count += wanted_between(planes[k], planes[k + 1], size, zones).cells();
+  return count;
+}
+
+double brick_count(const std::vector<Box3>& boxes, double cell_size, const std::vector<StructureSpec::Refinement>& refinements) {
+  std::array<std::vector<double>, 3> planes;
+  for (int axis = 0; axis < 3; ++axis)
+    for (const Box3& b : boxes) planes[axis].push_back(b.min()[axis]), planes[axis].push_back(b.max()[axis]);
+  double count = 0;
+  for (const Box3& b : boxes) {
+    double cells = 1;
+    for (int axis = 0; axis < 3; ++axis) cells *= graded_count(planes[axis], cell_size, zones_along(refinements, axis), b.min()[axis], b.max()[axis]);
+    count += cells;
+  }
+  return count;
 }
 
 std::vector<double> even_lines(double low, double high, int n) {

@@ -23,6 +23,9 @@ constexpr double growth = 0.3;
 /// Ascending plane positions; `fixed` (two or more, any order) are among them, and so are the ends of zones between them.
 std::vector<double> graded_lines(std::vector<double> fixed, double size, const std::vector<FineZone>& zones);
 
+/// How many cells graded_lines() makes between two of its fixed planes.
+double graded_count(std::vector<double> fixed, double size, const std::vector<FineZone>& zones, double low, double high);
+
 /// n equal cells from low to high.
 std::vector<double> even_lines(double low, double high, int n);
 
@@ -32,6 +35,9 @@ HexMesh lattice(const Lines& lines, const std::function<bool(int, int, int)>& so
 /// The zones of a specification in the structure's own axes.
 std::vector<StructureSpec::Refinement> local_refinements(const StructureSpec& spec);
 std::vector<FineZone> zones_along(const std::vector<StructureSpec::Refinement>& refinements, int axis);
+
+/// How many cells bricks() makes; where boxes overlap they count more than once.
+double brick_count(const std::vector<Box3>& boxes, double cell_size, const std::vector<StructureSpec::Refinement>& refinements);
 
 /// Cells of the lattice of all planes of the boxes that lie in any of them.
 HexMesh bricks(const std::vector<Box3>& boxes, double cell_size, const std::vector<StructureSpec::Refinement>& refinements = {});

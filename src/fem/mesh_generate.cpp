@@ -37,17 +37,72 @@ double volume_of(const StructureSpec& spec) {
   return s.prod();
 }
 
+/// Cells of a bent of round piers: in plan as fine as the finest zone that meets it, in height by layers.
+double round_bent_count(const ViaductPlan::Part& part, const StructureSpec& spec, const std::vector<StructureSpec::Refinement>& zones) {
+  const Box3& cap = part.boxes.back();
+  Box3 bent = cap;
+  for (const auto& pier : part.rounds) bent.extend(pier.foot);
+  double size = spec.cell_size;
+  std::vector<FineZone> in_height;
+  for (const auto& r : zones) {
+    if (!r.region.intersects(bent)) continue;
+    size = std::min(size, r.cell_size);
+    in_height.push_back({r.region.min().z(), r.region.max().z(), r.cell_size});
+  }
+  const auto layers = [&](double low, double high) { return graded_count({low, high}, spec.cell_size, in_height, low, high); };
+  double count = cap.sizes().x() * cap.sizes().y() / (size * size) * layers(cap.min().z(), cap.max().z());
+  for (const auto& pier : part.rounds) count += M_PI * pier.radius * pier.radius / (size * size) * layers(pier.foot.z(), pier.top);
+  return count;
+}
+
+/// Levels of refinement of a disc, of 5 x 4^levels quadrilaterals.
+int disc_levels(const StructureSpec& spec) {
+  double size = spec.cell_size;
+  for (const auto& r : spec.refinements) size = std::min(size, r.cell_size);
+  const double across = spec.cells[0] > 0 ? spec.cells[0] : std::ceil(std::max(spec.size.x(), spec.size.y()) / size - 1e-9);
+  int levels = 1;
+  while ((3 << levels) < across && levels < 8) ++levels;
+  return levels;
+}
+
+/// Cells of a structure with zones of finer ones, from its measures alone.
+double refined_count(const StructureSpec& spec) {
+  const std::vector<StructureSpec::Refinement> zones = local_refinements(spec);
+  if (spec.kind == "viaduct") {
+    double sum = 0;
+    for (const ViaductPlan::Part& part : viaduct_plan(spec).parts) sum += part.rounds.empty() ? brick_count(part.boxes, spec.cell_size, zones) : round_bent_count(part, spec, zones);
+    return sum;
+  }
+  const Vec3 half(spec.size.x() / 2, spec.size.y() / 2, 0);
+  const auto prism = [&](const Vec3& low, const Vec3& high) { return brick_count({Box3(low, high)}, spec.cell_size, zones); };
+  if (spec.kind == "box") return prism(-0.5 * spec.size, 0.5 * spec.size);
+  const Vec3 top = half + Vec3(0, 0, spec.size.z());
+  if (spec.section == "round") return 5 * std::pow(4, disc_levels(spec)) * graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
+  if (spec.section != "hollow") return prism(-half, top);
+  const double t = spec.wall_thickness;
+  const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness, in_y = y - spec.wall_thickness;
+  return brick_count({Box3(Vec3(-x, -y, 0), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, 0), top), Box3(Vec3(-in_x, -y, 0), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, 0), Vec3(in_x, y, z))}, spec.cell_size, zones);
+}
+
 /// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory in silence.
 void check_count(const StructureSpec& spec) {
   constexpr double bytes_per_cell = 1200, bytes_per_damage_cell = 6000;   // measured, building and stepping
   const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
   const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
-  const double volume = volume_of(spec), h = spec.cell_size;
-  const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2], most = std::min(2e7, memory / cell);
-  if (!(count > most)) return;
-  bad(spec, h > 0 ? "cell_size" : "cells", h > 0 ? fmt::format("{:g} m", h) : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]),
-      fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; this machine has {:.3g} GB, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9, memory / 1e9),
-      h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)", 1.05 * std::cbrt(volume / most)) : "take fewer");
+  const double volume = volume_of(spec), h = spec.cell_size, most = std::min(2e7, memory / cell);
+  const auto too_many = [&](double count) {
+    return fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; this machine has {:.3g} GB, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9,
+                       memory / 1e9);
+  };
+  const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2];
+  if (count > most)
+    bad(spec, h > 0 ? "cell_size" : "cells", h > 0 ? fmt::format("{:g} m", h) : fmt::format("[{}, {}, {}]", spec.cells[0], spec.cells[1], spec.cells[2]), too_many(count),
+        h > 0 ? fmt::format("take cells of {:.2g} m or more, finer ones only where blocks strike (refine)", 1.05 * std::cbrt(volume / most)) : "take fewer");
+  if (spec.refinements.empty() || !(h > 0)) return;
+  const double refined = refined_count(spec);
+  if (!(refined > most)) return;
+  const auto finest = std::min_element(spec.refinements.begin(), spec.refinements.end(), [](const auto& a, const auto& b) { return a.cell_size < b.cell_size; });
+  bad(spec, fmt::format("refine.{}.cell_size", finest - spec.refinements.begin()), fmt::format("{:g} m", finest->cell_size), too_many(refined), "take larger cells there, or a smaller region: fine cells go on along each axis to the far side");
 }
 
 HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
@@ -59,12 +114,7 @@ HexMesh rectangular(const StructureSpec& spec, const Vec3& low) {
 HexMesh round_column(const StructureSpec& spec) {
   // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and extruded. Its polygon has the area of
   // the circle: inscribed, the coarsest one (eight sides) would have a tenth less, and a fifth less stiffness in bending.
-  const double diameter = std::max(spec.size.x(), spec.size.y());
-  double size = spec.cell_size;
-  for (const auto& r : spec.refinements) size = std::min(size, r.cell_size);
-  const int across = spec.cells[0] > 0 ? spec.cells[0] : static_cast<int>(std::ceil(diameter / size - 1e-9));
-  int levels = 1;
-  while ((3 << levels) < across && levels < 8) ++levels;
+  const int levels = disc_levels(spec);
   DiscMesh disc;
   services().disc(levels, disc);
   const double sector = 2 * M_PI / (4 << levels), wider = std::sqrt(sector / std::sin(sector));

@@ -143,6 +143,7 @@ std::vector<Bar> parse_bars(const std::string& text, const std::string& name) {
         for (Problem p : e.problems()) {
           p.file = name;
           p.line = number;
+          if (p.key == "steel.prestress") p.key = fmt::format("bar {} prestress", id), p.column = cells[column["prestress"]].column;
           problems.push_back(p);
         }
       }

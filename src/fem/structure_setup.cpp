@@ -56,7 +56,12 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
   mesh_ = make_mesh(spec_);
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
-  if (!spec_.file.empty()) check_faces(mesh_, "structure." + spec_.name, spec_.file);
+  if (!spec_.file.empty()) {
+    check_faces(mesh_, "structure." + spec_.name, spec_.file);
+    if (const auto pair = overlapping_cells(mesh_))
+      report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
+                          spec_.file, cell_name(mesh_, pair->first), cell_name(mesh_, pair->second)));
+  }
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";

@@ -48,7 +48,11 @@ class Given {
     if (!(value >= least)) bad(spec_, key, fmt::format("{:g}", value), fmt::format("at least {:g}", least), "correct it");
     return value;
   }
-  int count(const char* key, int fallback, int least) const { return static_cast<int>(std::lround(number(key, fallback, least))); }
+  int count(const char* key, int fallback, int least, int most) const {
+    const double value = number(key, fallback, least);
+    if (value > most) bad(spec_, key, fmt::format("{:g}", value), fmt::format("at most {}", most), "model the stretch of the bridge that blocks reach");
+    return static_cast<int>(std::lround(value));
+  }
 
  private:
   const StructureSpec& spec_;
@@ -75,9 +79,9 @@ void check(const StructureSpec& spec, const Measures& m) {
 Measures measures_of(const StructureSpec& spec) {
   const Given given(spec);
   Measures m{};
-  m.spans = given.count("spans", 3, 1);
+  m.spans = given.count("spans", 3, 1, 1000);
   m.length = given.number("span_length", 20, 1);
-  m.across = given.count("piers_per_bent", 1, 1);
+  m.across = given.count("piers_per_bent", 1, 1, 100);
   m.pier_spacing = given.number("pier_spacing", 4, 0.1);
   m.pier_x = given.number("pier_width", 1.5, 0.1);
   m.pier_y = given.number("pier_depth", 1.5, 0.1);
@@ -86,7 +90,7 @@ Measures measures_of(const StructureSpec& spec) {
   m.deck_y = given.number("deck_width", 8, 0.2);
   m.deck_z = given.number("deck_depth", 1.5, 0.1);
   m.cap_y = given.number("cap_length", m.deck_y, 0.1);
-  m.girders = given.count("girders", 0, 0);
+  m.girders = given.count("girders", 0, 0, 100);
   m.slab = given.number("slab_thickness", 0.3, 0.02);
   m.web = given.number("girder_width", 0.5, 0.05);
   m.lower_slab = given.number("bottom_slab", 0, 0);

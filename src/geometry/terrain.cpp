@@ -15,6 +15,13 @@ namespace {
 
 constexpr std::size_t fits_cache = 32768;  // triangles; below, their order in memory makes no difference to a query
 
+constexpr double highest = 1e6, farthest = 1e9;   // height of a grid, coordinate of a mesh [m]: beyond, it is no number of metres
+
+Problem too_high(const std::string& path, int row, int column, double z) {
+  return {.file = path, .key = "site.terrain", .value = fmt::format("{:g} in row {}, column {} of the grid, from the north-west", z, row + 1, column + 1), .rule = fmt::format("no height in metres; at most {:g}", highest),
+          .remedy = "correct it there, or name the value as NODATA if it stands for none: NODATA_value in the header of an ASCII grid, gdal_edit.py -a_nodata for a GeoTIFF"};
+}
+
 /// Nodes of the raster as scene coordinates, cropped, with the triangles that all three corners have data for.
 void triangulate_grid(const Raster& r, const TerrainOptions& options, const std::string& path, Terrain& out,
                       std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles) {
@@ -52,6 +59,7 @@ void triangulate_grid(const Raster& r, const TerrainOptions& options, const std:
         ++missing;
         continue;
       }
+      if (std::abs(z) > highest) throw InputError(too_high(path, r.rows - 1 - (i + i0), j + j0, z));
       g.has_data[k] = 1;
       number[k] = static_cast<int>(vertices.size());
       vertices.emplace_back(west + (j + j0) * dx, south + (i + i0) * dy, z - options.origin.z());
@@ -156,6 +164,9 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
   for (const Vec3& v : vertices)
     if (!v.allFinite())
       throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
+    else if (v.cwiseAbs().maxCoeff() > farthest)
+      throw InputError(Problem{.file = name, .key = "site.terrain", .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]", &v - vertices.data() + 1, v.x(), v.y(), v.z()),
+                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest), .remedy = "correct the file"});
   std::vector<char> fixed;
   if (!options.breaklines.empty()) {
     BreakLines lines = read_breaklines(options.breaklines);

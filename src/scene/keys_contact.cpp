@@ -40,7 +40,7 @@ std::vector<Key> contact_keys() {
       {.path = "interface.contact_law.kind", .type = Type::choice, .doc = "Form of the law.", .required = "always in interface.contact_law", .choices = {"linear", "hertz", "crushing", "table"}},
       {.path = "interface.contact_law.radius", .type = Type::quantity, .dimension = length, .doc = "Equivalent radius of the Hertz contact.", .required = "if kind is \"hertz\"", .min = 0, .above = true},
       {.path = "interface.contact_law.pressure", .type = Type::quantity, .dimension = pressure, .doc = "Pressure at which the contact crushes.", .required = "if kind is \"crushing\"", .min = 0, .above = true},
-      {.path = "interface.contact_law.file", .type = Type::path, .doc = "CSV with two columns, indentation in m and force in N, from 0, 0 on.", .required = "if kind is \"table\", unless points is given"},
+      {.path = "interface.contact_law.file", .type = Type::path, .doc = "CSV with two columns, indentation in m and force in N, from 0, 0 on; both grow, and beyond the last point its slope goes on.", .required = "if kind is \"table\", unless points is given"},
       {.path = "interface.contact_law.points", .type = Type::pair_list, .dimension = force, .doc = "The same table in place: [[indentation, force], ...].", .min = 0, .first = length},
   };
 }

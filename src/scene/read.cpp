@@ -58,6 +58,8 @@ void read_simulation(Reading& in, const View& root) {
   constexpr double most_steps = 1e12;   // beyond, time plus a step is no longer a later time
   if (s.step && *s.step * most_steps < s.duration) view.problem("step", fmt::format("makes more than {:g} steps of the duration", most_steps), "lengthen the step");
   if (s.step && *s.step > s.duration) view.problem("step", "must not be longer than the duration", "shorten the step");
+  if (s.step && *s.step < s.min_step) view.problem("step", fmt::format("must not be shorter than min_step, {:g} s", s.min_step), "lengthen the step, or shorten min_step");
+  if (s.min_step > s.duration && view.get("duration") && view.has("min_step")) view.problem("min_step", fmt::format("must not be longer than the duration, {:g} s", s.duration), "shorten it");
 }
 
 void read_coupling_and_output(Reading& in, const View& root) {

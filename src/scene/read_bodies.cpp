@@ -361,6 +361,8 @@ void read_rock_mass(Reading& in, const View& root) {
     set.spacing_deviation = at.number("spacing_deviation");
     if ((set.spacing_distribution == "normal" || set.spacing_distribution == "lognormal") && at.get("spacing_distribution"))
       at.missing("spacing_deviation", fmt::format("the {} distribution needs it", set.spacing_distribution));
+    else if (set.spacing_deviation > 0 && (at.get("spacing_distribution") || !at.has("spacing_distribution")))
+      at.problem("spacing_deviation", fmt::format("has no effect with spacing_distribution = \"{}\"", set.spacing_distribution), "remove it, or write \"normal\" or \"lognormal\"");
     set.seed = static_cast<unsigned>(at.integer("seed"));
     set.bond_tension = at.number("bond_tension");
     set.bond_shear = at.number("bond_shear");

@@ -89,6 +89,8 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
       for (std::size_t i = 1; i < law.table.size(); ++i) grows = grows && law.table[i].first > law.table[i - 1].first && law.table[i].second >= law.table[i - 1].second;
       if (!grows || law.table[0].first != 0 || law.table[0].second != 0)
         form->problem(key, "the table must start at 0, 0, and indentation and force must grow", "correct the table");
+      else if (!(law.table.back().second > law.table[law.table.size() - 2].second))
+        form->problem(key, "the force must grow from the last point but one to the last: beyond the table it goes on with that slope, and here nothing would hold a block", "add a point of a larger force");
     }
   }
   const auto stray = [&](const char* key, const char* owner) {
@@ -274,7 +276,7 @@ double friction_coefficient(const Node& node) {
 }
 
 std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header) {
+                                              std::vector<std::string>* header, std::vector<int>* lines) {
   std::ifstream file(path);
   std::vector<std::vector<double>> rows;
   std::string line;
@@ -305,6 +307,7 @@ std::vector<std::vector<double>> read_numbers(const View& view, const std::strin
       return {};
     }
     rows.push_back(std::move(row));
+    if (lines) lines->push_back(number);
   }
   if (rows.empty()) view.problem(key, "the file holds no rows of numbers", "give numbers in SI, separated by commas");
   return rows;
@@ -347,7 +350,13 @@ void read_interfaces(Reading& in, const View& root) {
         continue;
       }
       ContactLaw law = entry->law;
+      const std::size_t notes = scene.notes.size();
       if (!entry->stiffness_given) choose_stiffness(scene, a, b, law);
+      if (law.kind == ContactLaw::Kind::table && !law.table.empty() && !root.has("resolved")) {   // whatever stiffness is chosen, the table goes before it
+        scene.notes.resize(notes);
+        scene.notes.push_back(fmt::format("contact {}/{}: force by a table of {} points, up to {:.4g} N at {:.4g} m; beyond, its last slope goes on", first, second, law.table.size(), law.table.back().second,
+                                          law.table.back().first));
+      }
       if (law.kind == ContactLaw::Kind::hertz) {
         law.hertz_modulus = hertz_modulus(scene.materials[static_cast<std::size_t>(a)], scene.materials[static_cast<std::size_t>(b)]);
         if (!(law.hertz_modulus > 0))

@@ -92,6 +92,7 @@ void read_section(const View& view, StructureSpec& spec) {
   }
   spec.wall_thickness = view.number("wall_thickness");
   const double diameter = view.number("diameter");
+  if (view.has("diameter") && view.has("section_size")) view.problem("section_size", "the section has its diameter already", "keep one of them");
   if (spec.section == "round" && diameter > 0) outer = Vec3(diameter, diameter, 0);
   else if (view.has("diameter") && spec.section != "round") view.problem("diameter", "only a round section has a diameter", "write section = \"round\"");
   if (spec.section == "hollow") view.missing("wall_thickness", "a hollow section needs it");
@@ -131,6 +132,8 @@ void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
     bar.yield = rule.number("yield");
     bar.ultimate_strain = rule.number("ultimate_strain");
     bar.prestress = rule.number("prestress");
+    if (bar.kind == "longitudinal" && bar.spacing > 0) rule.problem("spacing", "only stirrups have a spacing", "remove it: it has no effect", Problem::Severity::warning);
+    if (bar.kind == "stirrups" && bar.bars > 0) rule.problem("bars", "only longitudinal bars have a number: a stirrup is one closed tie", "remove it: it has no effect; inner ties need polylines in a CSV file", Problem::Severity::warning);
     if (bar.prestress >= bar.yield && rule.get("prestress")) rule.problem("prestress", "must be below the yield stress", "at most 0.75 of it after losses");
     if (bar.kind == "longitudinal" && bar.bars < 1 && (rule.get("bars") || !rule.has("bars"))) rule.problem("bars", "longitudinal bars need a number of at least 1", "add bars");
     if (bar.kind == "stirrups" && !(bar.spacing > 0) && (rule.get("spacing") || !rule.has("spacing"))) rule.problem("spacing", "stirrups need a spacing above 0", "add spacing");
@@ -269,6 +272,47 @@ void read_structures(Reading& in, const View& root) {
   }
 }
 
+namespace {
+
+constexpr double least_mass = 1e-15;   // of a block by a file [kg]: a grain of a thousandth of a millimetre
+
+/// One row of a trajectories file, its numbers by the names of their columns.
+struct TrajectoryRow {
+  const View& view;
+  std::vector<std::string> header;
+  std::vector<double> values;
+  std::string name;   // "row 1 (line 2)"
+
+  std::optional<double> column(const std::string& wanted) const {
+    for (std::size_t i = 0; i < header.size() && i < values.size(); ++i)
+      if (header[i] == wanted) return values[i];
+    return {};
+  }
+  void problem(const std::string& what, const std::string& rule, const std::string& remedy) const { view.problem("trajectories", fmt::format("{} of the file: {}: {}", name, what, rule), remedy); }
+
+  /// The bounds that the scene's own keys have.
+  void check(double density) const {
+    const std::pair<Dimension, std::vector<std::string>> bounds[] = {{dimension::length, {"x", "y", "z"}},
+                                                                     {dimension::velocity, {"vx", "vy", "vz"}},
+                                                                     {dimension::angular_velocity, {"wx", "wy", "wz"}},
+                                                                     {dimension::number, {"qw", "qx", "qy", "qz"}},
+                                                                     {dimension::mass, {"mass"}},
+                                                                     {dimension::volume, {"volume"}}};
+    for (const auto& [of, names] : bounds)
+      for (const std::string& wanted : names)
+        if (const auto value = column(wanted); value && !(std::abs(*value) <= largest(of)))
+          problem(fmt::format("{} = {:g}", wanted, *value), fmt::format("must not exceed {:g}{}{}", largest(of), of.none() ? "" : " ", of.none() ? "" : unit_name(of)), "check the number: the file is in SI");
+    const auto mass = column("mass"), volume = column("volume");
+    if (mass && !(*mass >= least_mass)) problem(fmt::format("mass = {:g}", *mass), fmt::format("the mass in this row must be > 0, and at least {:g} kg", least_mass), "correct the file");
+    if (volume && !(*volume * (density > 0 ? density : 1) >= least_mass)) problem(fmt::format("volume = {:g}", *volume), fmt::format("the volume in this row must be > 0, and its mass at least {:g} kg", least_mass), "correct the file");
+    if (mass && volume && density > 0 && *mass > 0 && std::abs(*volume * density / *mass - 1) > 0.01)
+      problem(fmt::format("mass = {:g}, volume = {:g}", *mass, *volume), fmt::format("contradict each other: with the material's {:g} kg/m^3 this volume has {:.4g} kg", density, *volume * density),
+              "leave one of the columns out, or correct the density");
+  }
+};
+
+}  // namespace
+
 void read_impact(Reading& in, const View& root) {
   const auto view = root.table("impact");
   if (!view) return;
@@ -304,18 +348,17 @@ void read_impact(Reading& in, const View& root) {
     const std::string path = in.file(*view, "trajectories", true);
     if (path.empty()) return;
     std::vector<std::string> header;
-    const auto rows = read_numbers(*view, "trajectories", path, 0, &header);
+    std::vector<int> lines;
+    const auto rows = read_numbers(*view, "trajectories", path, 0, &header, &lines);
     const auto row = static_cast<std::size_t>(view->integer("row"));
     if (rows.empty()) return;
     if (row > rows.size()) {
       view->problem("row", fmt::format("the file has {} rows", rows.size()), "choose one of them");
       return;
     }
-    const auto column = [&](const std::string& name) -> std::optional<double> {
-      for (std::size_t i = 0; i < header.size() && i < rows[row - 1].size(); ++i)
-        if (header[i] == name) return rows[row - 1][i];
-      return {};
-    };
+    const TrajectoryRow numbers{*view, header, rows[row - 1], fmt::format("row {} (line {})", row, lines[row - 1])};
+    const auto column = [&](const std::string& name) { return numbers.column(name); };
+    impact.trajectory = fmt::format("{} of {}", numbers.name, path);
     std::string lacking;
     for (const char* name : {"x", "y", "z", "vx", "vy", "vz"})
       if (!column(name)) lacking += (lacking.empty() ? "" : ", ") + std::string(name);
@@ -325,7 +368,10 @@ void read_impact(Reading& in, const View& root) {
     }
     impact.point = Vec3(*column("x"), *column("y"), *column("z"));
     impact.velocity = Vec3(*column("vx"), *column("vy"), *column("vz"));
-    if (!(impact.velocity.norm() > 0)) view->problem("trajectories", "the velocity in this row must not be zero", "choose another row, or correct the file");
+    if (!(impact.velocity.norm() > 0)) numbers.problem("vx, vy, vz", "the velocity in this row must not be zero", "choose another row, or correct the file");
+    numbers.check(in.scene.materials.empty() ? 0.0 : in.scene.materials[static_cast<std::size_t>(impact.material)].density);
+    for (const char* key : {"mass", "volume"})
+      if (view->has(key) && (column("mass") || column("volume"))) view->problem(key, fmt::format("the trajectories file has a column {} already", column("mass") ? "mass" : "volume"), "remove the key, or the column");
     // Spin and orientation where the file has them and the scene does not say otherwise.
     const auto all_of = [&](const std::vector<std::string>& names, const char* key) -> std::optional<std::vector<double>> {
       std::vector<double> values;
@@ -340,15 +386,13 @@ void read_impact(Reading& in, const View& root) {
     if (const auto q = all_of({"qw", "qx", "qy", "qz"}, "orientation")) {
       const Quat turn((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
       if (turn.norm() > 0) impact.rotation = turn.normalized().toRotationMatrix();
-      else view->problem("trajectories", "the quaternion in this row must not be zero", "correct the file");
+      else numbers.problem("qw, qx, qy, qz", "the quaternion in this row must not be zero", "correct the file");
     }
-    if (column("mass") && !view->has("volume")) impact.shape.mass = *column("mass");
-    else if (column("volume") && !view->has("mass")) impact.shape.volume = *column("volume");
+    if (column("mass")) impact.shape.mass = *column("mass");
+    else if (column("volume")) impact.shape.volume = *column("volume");
     const bool sized = impact.shape.mass > 0 || impact.shape.volume > 0 || impact.shape.diameter > 0 || impact.shape.size.x() > 0 || !impact.shape.vertices.empty() || !impact.shape.file.empty();
     if (!sized && !column("mass") && !column("volume"))
       view->problem("trajectories", "the file has no column mass or volume, and the block has no size", "add the column, or give volume, mass or size");
-    if (impact.shape.mass < 0 || impact.shape.volume < 0 || (column("mass") && !(impact.shape.mass > 0)))
-      view->problem("trajectories", "the mass in this row must be > 0", "correct the file");
   } else {
     view->missing("velocity", "needed unless trajectories are given");
     view->missing("point", "needed unless trajectories are given");

@@ -50,9 +50,9 @@ Mat3 read_orientation(const View& view);
 bool read_joint_orientation(const View& view, double& dip_direction, double& dip);
 /// Edge of a cube of the shape's volume, as far as it is known without its mesh; 0 if not.
 double shape_size(const Shape& shape, double density);
-/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`.
+/// Rows of numbers of a CSV file; a first row that is no number is skipped. Reports what is wrong at `key`. `lines`: of the file, one for each row.
 std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
-                                              std::vector<std::string>* header = nullptr);
+                                              std::vector<std::string>* header = nullptr, std::vector<int>* lines = nullptr);
 
 /// tan(phi) of a coefficient or an angle.
 double friction_coefficient(const Node& node);

@@ -152,6 +152,7 @@ struct Impact {
   Mat3 rotation = Mat3::Identity();
   double clearance = 0.01;      // gap along the velocity at t = 0 [m]
   bool deformable = false;
+  std::string trajectory;       // which row of which file it is; empty: given in the scene
 };
 
 struct Scene {

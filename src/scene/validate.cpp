@@ -9,7 +9,6 @@
 #include "scene/view.hpp"
 
 namespace talus::scene {
-namespace {
 
 /// Beyond these no scene makes sense, and squares and cubes of what is computed from them leave the range of numbers.
 double largest(Dimension d) {
@@ -21,6 +20,8 @@ double largest(Dimension d) {
     if (dimension == d) return value;
   return 1e30;
 }
+
+namespace {
 
 constexpr double largest_friction = 1e6;
 

@@ -16,6 +16,9 @@ namespace talus::scene {
 /// SI value of a number or a text with a unit. On failure says in `why` what is wrong.
 std::optional<double> quantity_of(const Node& node, Dimension dimension, std::string& why);
 
+/// What a quantity of this dimension must not exceed, in SI: beyond, no scene makes sense.
+double largest(Dimension dimension);
+
 /// Checks every value of the tree against the key table: unknown keys, types, dimensions, ranges, choices, and keys that
 /// are always required. Reports all problems, and marks the nodes as bad.
 void validate(Node& root, std::vector<Problem>& problems);

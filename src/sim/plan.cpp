@@ -265,7 +265,7 @@ std::vector<std::string> Simulation::plan() const {
     if (std::string line = fineness_line(s.structures[i]); !line.empty()) lines.push_back(std::move(line));
   bool springs = false, restitution = false, cohesion = false;
   for (const ContactLaw& l : s.laws.law) {
-    springs = springs || l.stiffness != ContactLaw::Stiffness::hard;
+    springs = springs || l.stiffness != ContactLaw::Stiffness::hard || l.kind == ContactLaw::Kind::table;
     restitution = restitution || l.restitution.has_value();
     cohesion = cohesion || l.cohesion > 0 || l.tension > 0;
   }

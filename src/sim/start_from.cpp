@@ -11,6 +11,14 @@
 namespace talus::sim {
 namespace {
 
+/// How the mesh of a structure differs from that of the earlier run.
+std::string other_mesh(const std::string& name, const std::vector<Vec3>& there, const std::vector<Vec3>& here) {
+  if (there.size() != here.size()) return fmt::format("structure {} has another mesh there ({} nodes, here {})", name, there.size(), here.size());
+  double farthest = 0;
+  for (std::size_t n = 0; n < here.size(); ++n) farthest = std::max(farthest, (there[n] - here[n]).norm());
+  return fmt::format("structure {} has its nodes elsewhere there, by up to {:.3g} m", name, farthest);
+}
+
 /// The first interface, joint or rock bridge that can be bonded; empty: none.
 std::string first_bond(const scene::Scene& s) {
   for (const auto& [a, b] : s.law_pairs)
@@ -85,8 +93,7 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
     Structure& structure = *parts[q].structure;
     const std::vector<Vec3> nodes = structure.snapshot().nodes;
     if (nodes != found->second.nodes) {
-      problem(fmt::format("structure {} has another mesh there ({} nodes, here {})", name, found->second.nodes.size(), nodes.size()),
-              "give the structure the geometry and cell size it had in that run");
+      problem(other_mesh(name, found->second.nodes, nodes), "give the structure the place, geometry and cell size it had in that run");
       continue;
     }
     try {

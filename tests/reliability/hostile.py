@@ -79,6 +79,7 @@ POLYGON = '{"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9], 
 HEX = ("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$Nodes\n8\n1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 0 0 1\n6 1 0 1\n7 1 1 1\n8 0 1 1\n$EndNodes\n"
        "$Elements\n1\n1 5 2 1 1 {}\n$EndElements\n")
 MESHED = lambda file: CONCRETE + f'[[structure]]\nname = "M"\nkind = "mesh"\nmaterial = "C40"\nfile = "{file}"\nsupport = ["-z"]\n'
+STRIKE = '[impact]\nmaterial = "rock"\nshape = "EOTA111"\ntrajectories = "t.csv"\n'
 
 # name: (scene or arguments, files, words that must be said[, exit code: 0 for what is only warned of])
 CASES = {
@@ -106,6 +107,7 @@ CASES = {
     "grid-cell-nan": (HEAD + site("g.asc") + BODY, {"g.asc": grid(cellsize="nan")}, ["g.asc"]),
     "grid-too-few-values": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 5\n")}, ["g.asc"]),
     "grid-too-many-values": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 5 6\n7 8 9\n10 11 12\n")}, ["g.asc"]),
+    "grid-up-to-the-stars": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 1e200 6\n7 8 9\n")}, ["g.asc", "1e+200 in row 2, column 2", "NODATA"]),
     "grid-words": (HEAD + site("g.asc") + BODY, {"g.asc": grid("1 2 3\n4 five 6\n7 8 9\n")}, ["g.asc"]),
     "grid-gigantic": (HEAD + site("g.asc") + BODY, {"g.asc": grid(ncols=2000000000, nrows=2000000000)}, ["g.asc"]),
     "block-under-terrain": (HEAD + site("g.asc") + block(position="[5, 5, -2]"), {"g.asc": grid()}, ["block.B.position", "below the terrain, which is solid and stands at z = ", "raise it to about z = "]),
@@ -161,6 +163,10 @@ CASES = {
     # structures
     "cells-without-number": (HEAD + PLANE + BODY + column(cell_size=None, cells="[100000, 100000, 100000]"), {}, ["structure.P.cells"]),
     "cells-of-microns": (HEAD + PLANE + BODY + column(cell_size='"1 um"'), {}, ["structure.P.cell_size"]),
+    "cells-of-microns-in-a-zone": (HEAD + PLANE + BODY + column("[[structure.refine]]\nregion = { min = [8, -1, 3], max = [10, 1, 5] }\ncell_size = 1e-6\n"), {}, ["scene.toml:", "structure.P.refine", "million cells"]),
+    "spans-without-number": (HEAD + PLANE + BODY + CONCRETE + '[[structure]]\nname = "V"\nkind = "viaduct"\nmaterial = "C40"\nposition = [20, 0, 0]\ncell_size = 1\nspans = 1e9\n', {}, ["structure.V.spans", "1000"]),
+    "bars-by-the-wrong-keys": (HEAD + PLANE + BODY + column("".join(f'[[structure.rebar]]\nkind = "{kind}"\nbars = 8\nspacing = 0.2\ndiameter = "20 mm"\ncover = "40 mm"\n' for kind in ("longitudinal", "stirrups"))), {}, ["structure.P.rebar.0.spacing = 0.2: only stirrups", "structure.P.rebar.1.bars = 8: only longitudinal"], 0),
+    "bars-that-break-at-once": (HEAD + PLANE + BODY + column('[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "20 mm"\ncover = "40 mm"\nultimate_strain = 1e-9\n'), {}, ["structure.P.rebar.0.ultimate_strain"]),
     "support-on-nothing": (HEAD + PLANE + BODY + column(support="[{ point = [500, 0, 0] }]"), {}, ["structure.P.support"]),
     "load-on-what-is-rigid": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [8, -1, 3], max = [9, 1, 4] }\ntraction = [1e6, 0, 0]\n[coupling]\nscheme = \"rigid\"\n"), {}, ["structure.P.load", "has no effect"], 0),
     "load-on-nothing": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [50, 50, 50], max = [51, 51, 51] }\ntraction = [1e6, 0, 0]\n"), {}, ["structure.P.load"]),
@@ -171,9 +177,12 @@ CASES = {
     "bars-outside": (HEAD + PLANE + BODY + column(rebar='"bars.csv"'), {"bars.csv": "bar,x,y,z,diameter\n1,500,0,0,0.02\n1,500,0,4,0.02\n"}, ["bars.csv"]),
     "bars-of-words": (HEAD + PLANE + BODY + column(rebar='"bars.csv"'), {"bars.csv": "these are\nno bars\n"}, ["bars.csv"]),
     "msh-inside-out": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("5 6 7 8 1 2 3 4")}, ["m.msh"]),
+    "msh-cell-twice": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("1 2 3 4 5 6 7 8").replace("$Elements\n1\n", "$Elements\n2\n2 5 2 1 1 1 2 3 4 5 6 7 8\n")}, ["m.msh", "cell 1", "cell 2"]),
     "msh-node-missing": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("1 2 3 4 5 6 7 99")}, ["m.msh"]),
     "msh-without-cells": (HEAD + PLANE + BODY + MESHED("m.msh"), {"m.msh": HEX.format("")}, ["m.msh"]),
     "inp-of-shells": (HEAD + PLANE + BODY + MESHED("m.inp"), {"m.inp": "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n*ELEMENT, TYPE=S4\n1,1,2,3,4\n"}, ["m.inp"]),
+    "impact-that-flies-away": (["impact", "{scene}", "-o", "{dir}/out"], {"scene.toml": HEAD + column() + STRIKE, "t.csv": "x,y,z,vx,vy,vz,mass\n8,0,2,-10,0,0,500\n"}, ["scene.toml:", "impact.trajectories", "row 1 (line 2)", "flies away"]),
+    "impact-faster-than-light": (["impact", "{scene}", "-o", "{dir}/out"], {"scene.toml": HEAD + column() + STRIKE, "t.csv": "x,y,z,vx,vy,vz,mass\n8,0,2,1e200,0,0,500\n"}, ["impact.trajectories", "row 1 (line 2)", "vx = 1e+200"]),
     # texts, paths, references
     "names-of-control-characters": (HEAD + PLANE + block(name='"B\\u0007\\u001b[31m"'), {}, ["name"]),
     "title-of-escape-sequences": ('schema = 1\ntitle = "\\u001b[31mred"\n' + SIMULATION + LAWS + ROCK + PLANE + BODY, {}, ["title", "one line"]),

@@ -76,7 +76,7 @@ TEST(RestAtStructures, RingingSkinAndRubbingCracksDoNotKeepStepsShort) {
   s.raw("[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"C40\"\nbase = [0, 0, 0]\nsection = [1.5, 1.5]\nheight = 10\ncells = [3, 3, 20]\nsupport = [\"-z\"]\n"
         "preload = \"gravity\"\ndamage = \"concrete\"\ndamping_ratio = 0.02\n"
         "[[structure.rebar]]\nkind = \"longitudinal\"\nbars = 20\ndiameter = \"28 mm\"\ncover = \"50 mm\"\n"
-        "[[structure.rebar]]\nkind = \"stirrups\"\nbars = 2\ndiameter = \"12 mm\"\ncover = \"40 mm\"\nspacing = \"150 mm\"\n");
+        "[[structure.rebar]]\nkind = \"stirrups\"\ndiameter = \"12 mm\"\ncover = \"40 mm\"\nspacing = \"150 mm\"\n");
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   EXPECT_GT(o.last().position[0].z(), 11.4);   // on the pier

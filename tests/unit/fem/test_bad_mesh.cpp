@@ -101,3 +101,28 @@ TEST(BadMesh, SupportsThatLeaveAMotion) {
   s.damping_ratio = 0.02;
   expect_in(refused(s), {"move along [1, 0, 0]", "damping_ratio"});
 }
+
+// Two cells on one face are neighbours only if they lie on either side of it.
+TEST(BadMesh, ACellThatIsThereTwice) {
+  const std::string text = std::string(sixteen_nodes) + first_cell;
+  expect_in(refused(from_text(text + "702,101,102,103,104,105,106,107,108\n")), {"cell 702", "the nodes of cell 701", "once"});
+  expect_in(refused(from_text(text + "702,102,103,104,101,106,107,108,105\n")), {"cell 702", "the nodes of cell 701"});   // counted from another corner
+  const std::string taller = "*NODE\n117,0,0,2\n118,1,0,2\n119,1,1,2\n120,0,1,2\n";
+  expect_in(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,101,102,103,104,117,118,119,120\n")), {"cell 702", "same side of a face as cell 701"});
+  EXPECT_EQ(refused(from_text(text + taller + "*ELEMENT, TYPE=C3D8\n702,105,106,107,108,117,118,119,120\n")), "accepted");
+}
+
+// Parts that lie in one another without a common node are told of, whichever comes first; parts that only touch are not.
+TEST(BadMesh, CellsThatOverlapWithoutACommonNode) {
+  const auto said = [](const std::string& low, const std::string& high) {
+    std::string text = std::string(sixteen_nodes) + first_cell + "702,109,110,111,112,113,114,115,116\n";
+    for (const char* x : {"109,3,", "112,3,", "113,3,", "116,3,"}) text.replace(text.find(x) + 4, 1, low);
+    for (const char* x : {"110,4,", "111,4,", "114,4,", "115,4,"}) text.replace(text.find(x) + 4, 1, high);
+    std::string all;
+    FemStructure body(from_text(text), Vec3(0, 0, -9.81), [&](const std::string& line) { all += line + "\n"; });
+    return all;
+  };
+  expect_in(said("0.5", "1.5"), {"warning: ", "cell 701", "cell 702", "overlap"});
+  expect_in(said("-9", "9"), {"warning: ", "overlap"});
+  EXPECT_EQ(said("1", "2").find("overlap"), std::string::npos);
+}

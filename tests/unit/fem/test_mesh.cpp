@@ -175,6 +175,28 @@ TEST(Lattice, RefinedColumnKeepsItsVolumeAndTurnsWithItsAxes) {
   EXPECT_THROW(make_mesh(s), InputError);
 }
 
+// The number of cells is told before any is made, so that zones too fine are refused at once.
+TEST(Lattice, ZonesThatAreTooFineAreRefused) {
+  const std::vector<Box3> boxes{Box3(Vec3(0, 0, 0), Vec3(1, 1, 4)), Box3(Vec3(-1, 0, 4), Vec3(3, 1, 5))};
+  const std::vector<StructureSpec::Refinement> zones{{Box3(Vec3(0, 0, 2), Vec3(1, 1, 3)), 0.1}};
+  EXPECT_EQ(brick_count(boxes, 0.5, zones), static_cast<double>(bricks(boxes, 0.5, zones).hexes.size()));
+  StructureSpec s = cantilever(2, 16);
+  s.cells = {0, 0, 0};
+  s.cell_size = 0.5;
+  for (const char* section : {"rectangular", "round", "hollow"})
+    for (const double size : {3e-3, 1e-6, 1e-200}) {
+      s.section = section;
+      s.wall_thickness = s.section == "hollow" ? 0.3 : 0;
+      s.refinements = {{Box3(Vec3(-1, -1, 0), Vec3(1, 1, 12)), 0.25}, {Box3(Vec3(-1, -1, 5), Vec3(1, 1, 12)), size}};
+      try {
+        make_mesh(s);
+        ADD_FAILURE() << section << ' ' << size;
+      } catch (const InputError& e) {
+        EXPECT_NE(std::string(e.what()).find("structure.pier.refine.1.cell_size"), std::string::npos) << e.what();
+      }
+    }
+}
+
 TEST(Lattice, RoundPiersOfAViaductAreRefinedWhereTheyMeetAZone) {
   StructureSpec s;
   s.name = "V";

@@ -55,6 +55,14 @@ TEST(RebarFile, EveryBadLineIsNamed) {
   EXPECT_TRUE(named);  // a bar of one point
 }
 
+TEST(RebarFile, PrestressBeyondYieldIsToldByItsColumn) {
+  const auto p = problems_of("bar,diameter,x,y,z,grade,prestress\nA,0.02,0,0,0,B500B,9e8\nA,0.02,0,0,1,B500B,9e8\n");
+  ASSERT_GE(p.size(), 1u);
+  EXPECT_EQ(p[0].key, "bar A prestress");
+  EXPECT_EQ(p[0].line, 2);
+  EXPECT_EQ(p[0].column, 20);
+}
+
 TEST(RebarFile, HeaderAndOrder) {
   EXPECT_EQ(problems_of("bar,diameter,x,y,grade\n").size(), 1u);
   EXPECT_EQ(problems_of("bar,diameter,x,y,z,grade,colour\n")[0].value, "colour");

@@ -246,6 +246,19 @@ TEST(Terrain, BadInputIsRefusedWithItsPlace) {
   EXPECT_THROW(load_terrain(empty.path), InputError);
 }
 
+TEST(Terrain, HeightsBeyondAllGroundAreRefusedWithTheirCell) {
+  for (const char* z : {"1e30", "-1e200"}) {
+    const TemporaryFile file("high.asc", std::string("ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 5\n1 2 3\n4 ") + z + " 6\n");
+    try {
+      load_terrain(file.path);
+      FAIL() << "taken";
+    } catch (const InputError& e) {
+      EXPECT_NE(e.problems().at(0).value.find("row 2, column 2"), std::string::npos) << e.what();
+      EXPECT_NE(e.problems().at(0).remedy.find("NODATA_value"), std::string::npos) << e.what();
+    }
+  }
+}
+
 TEST(Terrain, DecimalCommasAreRefusedWithTheirLine) {
   const TemporaryFile file("comma.asc", "ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\n1.5 2.5\n3.5 4,5\n");
   try {

@@ -27,6 +27,9 @@ class Place {
     put("half.csv", "x,y,z,vx,vy,vz,mass,wx\n0,0,5,10,0,-1,2500,1\n");
     put("paths.csv", "x,y,z,vx,vy,vz,mass\n0,0,5,10,0,-1,2500\n0,1,5,12,0,-2,3000\n");
     put("still.csv", "x,y,z,vx,vy,vz,mass\n0,0,5,0,0,0,2500\n");
+    put("odd.csv",
+        "# rows that cannot be\nx,y,z,vx,vy,vz,wx,wy,wz,mass\n0,0,5,1e7,0,0,0,0,0,1\n0,0,5,1,0,0,0,1e200,0,1\n0,0,5,1,0,0,0,0,0,1e300\n0,0,5,1,0,0,0,0,0,1e-300\n0,-2e9,5,1,0,0,0,0,0,1\n");
+    put("both.csv", "x,y,z,vx,vy,vz,mass,volume\n0,0,5,10,0,-1,2500,7\n0,0,5,10,0,-1,2500,1\n");
     put("area.geojson", "{}\n");
     std::filesystem::create_directories(path_ / "folder");
   }

@@ -114,12 +114,12 @@ TEST(ReadScene, SlipsOfUnitsAreWarnedOf) {
   expect("f_cm = \"48 MPa\"", "f_cm = \"48 MPa\"\nfracture_energy = 0.15", "0.15 N/m is the fracture energy of no rock or concrete");
   expect("friction = \"28 deg\"", "friction = \"28 deg\"\ncohesion = 0.5", "did you mean \"0.5 MPa\"?");
   expect("dip = \"29 deg\" }", "dip = 1 }", "this is 57.3 deg; write \"1 deg\"");
-  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+  const std::string bars = "rebar = \"bars.csv\"", rule = "rebar = [{ kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   EXPECT_EQ(warnings(changed(full, bars, rule)).find("rebar"), std::string::npos);
   expect(bars, changed(rule, "150 mm", "3 m"), "wider than the section's least side (2 m)");
   expect(bars, changed(rule, "40 mm", "60 cm"), "puts the bars deep within the section, of 2 m");
   const auto both = [](const char* bars_cover) {
-    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", bars = 2, diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
+    return std::string("rebar = [{ kind = \"longitudinal\", bars = 8, diameter = \"25 mm\", cover = \"") + bars_cover + "\" }, { kind = \"stirrups\", diameter = \"12 mm\", cover = \"40 mm\", spacing = \"150 mm\" }]";
   };
   expect(bars, both("28 mm"), "structure.P2.rebar.0.cover = \"28 mm\": is less than that of the stirrups, 0.04 m");
   EXPECT_EQ(warnings(changed(full, bars, both("40 mm"))).find("stirrups"), std::string::npos);
@@ -239,6 +239,8 @@ TEST(ReadScene, ContactLawForms) {
   ASSERT_EQ(table.table.size(), 3u);
   EXPECT_EQ(table.table[2], std::pair(0.02, 1.5e6));
   EXPECT_EQ(law("{ kind = \"table\", points = [[0, 0], [\"1 cm\", \"1 MN\"]] }").table[1], std::pair(0.01, 1e6));
+  const Scene s = read_scene_text(changed(full, "restitution = 0.4", "contact_law = { kind = \"table\", file = \"law.csv\" }"), place.scene());
+  EXPECT_TRUE(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n == "contact rock/slope: force by a table of 3 points, up to 1.5e+06 N at 0.02 m; beyond, its last slope goes on"; }));
 }
 
 TEST(ReadScene, SetReplacesByNameAndPlace) {
@@ -338,6 +340,9 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   EXPECT_EQ(t.impact->velocity, Vec3(12, 0, -2));
   EXPECT_EQ(t.impact->point, Vec3(0, 1, 5));
   EXPECT_EQ(t.impact->shape.mass, 3000);
+  EXPECT_EQ(t.impact->trajectory, "row 2 (line 3) of " + (place.path() / "paths.csv").string());
+  const Scene agreeing = read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\ntrajectories = \"both.csv\"\nrow = 2\n" + structure, place.scene());
+  EXPECT_EQ(agreeing.impact->shape.mass, 2500);
   const Scene again = read_scene_text(t.resolved_json, place.scene());
   EXPECT_TRUE(again.resolved_json == t.resolved_json);
 
