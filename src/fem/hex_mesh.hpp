@@ -76,7 +76,8 @@ void check_cells(const HexMesh& mesh, const std::string& key, const std::string&
 /// Throws InputError for faces that more than two cells share, or two cells of one side: cells that are there twice, or lie in one another.
 void check_faces(const HexMesh& mesh, const std::string& key, const std::string& file);
 
-/// Two cells of parts that share no node, of which one has a point of integration well inside the other; the first such found.
+/// Two cells of parts that share no node, of which one has a point of integration well inside the other; the first such found. Not looked for where one cell is twenty times as
+/// large as they are in the mean.
 std::optional<std::pair<int, int>> overlapping_cells(const HexMesh& mesh);
 
 /// Volume of each cell by its integration points, which is what mass and stiffness use.

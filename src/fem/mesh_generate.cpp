@@ -79,7 +79,6 @@ double refined_count(const StructureSpec& spec) {
   const Vec3 top = half + Vec3(0, 0, spec.size.z());
   if (spec.section == "round") return 5 * std::pow(4, disc_levels(spec)) * graded_count({0, spec.size.z()}, spec.cell_size, zones_along(zones, 2), 0, spec.size.z());
   if (spec.section != "hollow") return prism(-half, top);
-  const double t = spec.wall_thickness;
   const double x = half.x(), y = half.y(), z = top.z(), in_x = x - spec.wall_thickness, in_y = y - spec.wall_thickness;
   return brick_count({Box3(Vec3(-x, -y, 0), Vec3(-in_x, y, z)), Box3(Vec3(in_x, -y, 0), top), Box3(Vec3(-in_x, -y, 0), Vec3(in_x, -in_y, z)), Box3(Vec3(-in_x, in_y, 0), Vec3(in_x, y, z))}, spec.cell_size, zones);
 }

@@ -89,7 +89,9 @@ TEST(TurningBlocks, MeetWhatOnlyTheirTurningReaches) {
       const Mat3 R = Quat(r.orientation[0][0], r.orientation[0][1], r.orientation[0][2], r.orientation[0][3]).toRotationMatrix();
       for (const Vec3& corner : o.simulation->header().blocks[0].shape.vertices) {
         const Vec3 x = r.position[0] + R * corner;
-        if (x.x() < -0.5) EXPECT_GT(x.y(), -0.125 - 1e-8) << i << " at " << r.time;
+        if (x.x() < -0.5) {
+          EXPECT_GT(x.y(), -0.125 - 1e-8) << i << " at " << r.time;
+        }
       }
     }
   }
