@@ -115,7 +115,8 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
 std::vector<std::string> World::take_warnings() {
   constexpr double least = 0.02;   // of a structure's mass: less is cover that comes loose
   std::vector<std::string> list;
-  if (paper || scene.coupling.fragments) return list;
+  const bool one_way = scene.coupling.scheme == scene::Coupling::Scheme::one_way;   // nothing comes off there, whatever `fragments` says
+  if (paper || (scene.coupling.fragments && !one_way)) return list;
   const auto& structures = system->environment().structures;
   told_unsupported.resize(structures.size());
   for (std::size_t q = 0; q < structures.size(); ++q) {
@@ -124,9 +125,10 @@ std::vector<std::string> World::take_warnings() {
     if (lost.share < least) continue;
     told_unsupported[q] = 1;
     const Vec3& x = lost.centroid;
-    list.push_back(fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support by t = {:.4g} s and stay in the mesh (coupling.fragments = false): nothing holds them, they sink "
-                               "through the ground, slowed by the structure's damping. Their motion from here on is void; coupling.fragments = true lets them fall as blocks",
-                               scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time()));
+    list.push_back(fmt::format("{}: {:.3g} t of it ({:.0f} %, about [{:.4g}, {:.4g}, {:.4g}]) have lost their support by t = {:.4g} s and stay in the mesh ({}): nothing holds them, they sink "
+                               "through the ground, slowed by the structure's damping. Their motion from here on is void; {} lets them fall as blocks",
+                               scene.structures[q].name, lost.mass / 1e3, 100 * lost.share, x.x(), x.y(), x.z(), time(), one_way ? "coupling.scheme = \"one-way\"" : "coupling.fragments = false",
+                               one_way ? "coupling.scheme = \"two-way\"" : "coupling.fragments = true"));
   }
   return list;
 }

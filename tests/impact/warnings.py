@@ -220,6 +220,16 @@ damping_ratio = 0.02
 got, summary = run("hanging", thin + "[coupling]\nfragments = false\n", "--set", "output.report=false")
 told = [w for w in summary.get("warnings", []) if "have lost their support" in w]
 require("a part without support", len(told) == 1 and told[0] in got[2].replace("warning: ", ""), got[2] + str(summary.get("warnings")))
+push = """[[structure.load]]
+region = { min = [-0.15, -0.15, 2.0], max = [-0.15, 0.15, 3.0] }
+traction = [1e6, 0, 0]
+history = [[0, 0], [0.02, 1]]
+[coupling]
+scheme = "one-way"
+"""
+got, summary = run("hanging-one-way", thin + push, "--set", "output.report=false")   # nothing comes off there either
+told = [w for w in summary.get("warnings", []) if "have lost their support" in w]
+require("a part without support, one-way", len(told) == 1 and 'scheme = "one-way"' in told[0], str(summary.get("warnings")))
 got, summary = run("snapped", thin)
 expect("a pier that is gone", got, 0, absent=["lost their support"])
 member = summary["structures"][0]["members"][0]
