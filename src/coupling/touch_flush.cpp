@@ -38,13 +38,6 @@ Range heights_around(const contact::SurfaceIndex& index, int triangle, const Vec
   return r;
 }
 
-/// Planes that a block rests on at one partner, `first` to `last` of all, and a cosine from which on a normal against `axis` is parallel to each of them.
-struct SupportGroup {
-  std::size_t first, last;
-  Vec3 axis;
-  double parallel;
-};
-
 /// The plane of a contact as seen by one of its two blocks: n towards the block, the two sides' levels.
 struct Support {
   Vec3 n;
@@ -72,12 +65,6 @@ class EdgeFilter {
     lowest_.assign(resting_.size(), std::numeric_limits<double>::quiet_NaN());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = support(i, static_cast<int>(block)); });
-    planes_.resize(static_cast<Eigen::Index>(resting_.size()), 6);
-    for (std::size_t k = 0; k < resting_.size(); ++k) {
-      const Support& r = resting_[k];
-      planes_.row(static_cast<Eigen::Index>(k)) << r.n.x(), r.n.y(), r.n.z(), std::min(r.block_level, r.partner_level), std::max(r.block_level, r.partner_level), r.step;
-    }
-    group();
   }
 
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
@@ -99,55 +86,23 @@ class EdgeFilter {
     return {-n, -n.dot(s.at.point_a), -n.dot(s.at.point_b), step_at(s), touch};
   }
 
-  /// Touches of a pair lie one after the other; most of their planes are nearly one.
-  void group() {
-    const double cone = std::acos(parallel_cosine);
-    first_group_.assign(1, 0);
-    for (std::size_t b = 0; b + 1 < first_.size(); ++b) {
-      for (std::size_t k = first_[b]; k < first_[b + 1];) {
-        SupportGroup g{k, k, Vec3::Zero(), 2};
-        const Touch& one = touches_[resting_[k].touch];
-        const auto same = [&](const Touch& t) { return t.b == one.b && t.a == one.a; };
-        for (; g.last < first_[b + 1] && same(touches_[resting_[g.last].touch]); ++g.last) g.axis += (resting_[g.last].n.dot(resting_[k].n) < 0 ? -1.0 : 1.0) * resting_[g.last].n;
-        g.axis.normalize();
-        double least = 1;
-        for (; k < g.last; ++k) least = std::min(least, std::abs(resting_[k].n.dot(g.axis)));
-        if (const double spread = std::acos(least); spread < cone) g.parallel = std::cos(cone - spread);
-        groups_.push_back(g);
-      }
-      first_group_.push_back(groups_.size());
-    }
-  }
-
   /// True if block q of t rests on a plane that parts it from the other body of t.
   bool slides(const Touch& t, int q) const {
-    for (std::size_t g = first_group_[static_cast<std::size_t>(q)]; g < first_group_[static_cast<std::size_t>(q) + 1]; ++g)
-      if (std::abs(t.at.normal.dot(groups_[g].axis)) < groups_[g].parallel && slides_on(groups_[g], t, q)) return true;
-    return false;
-  }
-
-  bool slides_on(const SupportGroup& group, const Touch& t, int q) const {
-    // Most are told apart by normals and touched points alone: all at once.
-    const auto count = static_cast<Eigen::Index>(group.last - group.first);
-    const auto of = planes_.middleRows(static_cast<Eigen::Index>(group.first), count);
-    const auto along = [&](const Vec3& x) { return of.col(0) * x.x() + of.col(1) * x.y() + of.col(2) * x.z(); };
-    const bool q_is_b = t.b == q;
-    const Vec3 &above = q_is_b ? t.at.point_b : t.at.point_a, &below = q_is_b ? t.at.point_a : t.at.point_b;
     const double step = step_at(t);
-    room_ = (parallel_cosine - along(t.at.normal).abs()).min(along(above) - of.col(3) + of.col(5).max(step)).min(of.col(4) + of.col(5).max(step) - along(below));
-    for (Eigen::Index k = 0; k < count; ++k) {
-      if (room_[k] < 0) continue;
-      const std::size_t at = group.first + static_cast<std::size_t>(k);
-      if (dropped_[resting_[at].touch] == 0 && parts(resting_[at], t, q, std::max(resting_[at].step, step), lowest_[at])) return true;
+    for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
+      const Support& s = resting_[k];
+      if (dropped_[s.touch] == 0 && std::abs(s.n.dot(t.at.normal)) <= parallel_cosine && parts(s, t, q, std::max(s.step, step), lowest_[k])) return true;
     }
     return false;
   }
 
-  /// True if the plane, which has the touched points on either side, has all of block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
+  /// True if the plane has block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
   bool parts(const Support& p, const Touch& t, int q, double step, double& lowest) const {
     if (t.at.area > 0 && std::abs(p.block_level - p.partner_level) > step) return false;   // what has sunk in overlaps the other side's faces, too
     const double low = std::min(p.block_level, p.partner_level) - step, high = std::max(p.block_level, p.partner_level) + step;
     const bool q_is_b = t.b == q;
+    // Most are told apart by the touched points alone.
+    if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
     if (std::isnan(lowest)) lowest = heights(model_, state_, q, p.n).low;
     if (lowest < low) return false;
     if (!q_is_b) return heights(model_, state_, t.b, p.n).high <= high;
@@ -173,10 +128,6 @@ class EdgeFilter {
   mutable std::vector<double> lowest_;         // of each of resting_
   std::vector<std::size_t> first_;
   std::vector<Support> resting_;               // contacts of every block, ascending, from first_[block] on
-  std::vector<std::size_t> first_group_;       // of every block, into
-  std::vector<SupportGroup> groups_;
-  Eigen::Array<double, Eigen::Dynamic, 6> planes_;   // of each of them: n, the lower and the upper of its levels, its step
-  mutable Eigen::ArrayXd room_;                // of those of one group: negative where the plane parts nothing
 };
 
 }  // namespace

@@ -51,13 +51,15 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
   auto& structures = system->environment().structures;
   for (std::size_t q = 0; q < structures.size(); ++q) {
     if (structures[q].fixed_surface) continue;
+    const std::vector<Fragment> pieces = structures[q].structure->take_fragments();
+    if (pieces.empty()) continue;
     int serial = 0;
     std::set<std::string> names;   // those of an earlier run's pieces among them, where this one goes on with them
     for (const RunHeader::BlockInfo& b : header.blocks) {
       names.insert(b.name);
       if (b.fragment) ++serial;
     }
-    for (const Fragment& f : structures[q].structure->take_fragments()) {
+    for (const Fragment& f : pieces) {
       Polyhedron shape;
       std::vector<Vec3> vertices = f.vertices;
       for (Vec3& x : vertices) x -= f.centroid;
@@ -105,7 +107,7 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
       (within > 0 ? system->state().ledger.damping_work : system->state().ledger.algorithmic) += within;
       born.push_back({b.name, b.mass, b.volume, false, true, shape, scene.structures[q].young, scene.structures[q].poisson, static_cast<int>(q)});
     }
-    if (!born.empty()) structures[q].index = coupling::moving_index(structures[q].structure->surface());
+    structures[q].index = coupling::moving_index(structures[q].structure->surface());
   }
   if (!born.empty()) system->settle_newborn(static_cast<int>(header.blocks.size()));
   header.blocks.insert(header.blocks.end(), born.begin(), born.end());

@@ -76,6 +76,27 @@ TEST(TurnedStiffness, IsTheTangentOfWhatHasTurned) {
   EXPECT_GT((pressed(nullptr) - slope).norm(), 0.1 * slope.norm());
 }
 
+/// Entries are those of a matrix that has them already, with cells gone and turned; one that lacks some is not taken.
+TEST(TurnedStiffness, TakesEntriesFromOneThatHasThem) {
+  Body body;
+  Bars bars(body.spec, body.mesh, find_supports(body.spec, body.mesh), {}, silent);
+  const std::vector<Mat3> turned(body.mesh.hexes.size(), Eigen::AngleAxisd(0.7, Vec3(1, 2, -0.5).normalized()).toRotationMatrix());
+  body.live[2] = 0;
+  const auto assembled = [&](const SymmetricMatrix* like) { return assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs(&turned), &body.live, &turned, like); };
+  const SymmetricMatrix sorted = assembled(nullptr);
+  const SymmetricMatrix built = assemble_stiffness(body.mesh, body.dofs, shear, bulk, bars.springs());
+  HexMesh part = body.mesh;
+  part.hexes.pop_back();
+  const SymmetricMatrix fewer = assemble_stiffness(part, body.dofs, shear, bulk);
+  ASSERT_LT(fewer.row.size(), built.row.size());
+  for (const SymmetricMatrix* like : {&built, &fewer}) {
+    const SymmetricMatrix k = assembled(like);
+    EXPECT_EQ(k.column, built.column);
+    EXPECT_EQ(k.row, built.row);
+    EXPECT_EQ(k.value, sorted.value);
+  }
+}
+
 TEST(TurnedStiffness, NearestRotationOfAStretchedOne) {
   const Mat3 r = Eigen::AngleAxisd(2.5, Vec3(0.2, -1, 0.4).normalized()).toRotationMatrix();
   Mat3 stretch;
