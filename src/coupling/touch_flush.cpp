@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "contact/surface_index.hpp"
@@ -44,6 +45,16 @@ struct Support {
   double block_level, partner_level;   // n . x [m]
   double step = 0;                     // height of one that is none [m]
   std::size_t touch = 0;
+  double low() const { return std::min(block_level, partner_level); }
+  double high() const { return std::max(block_level, partner_level); }
+};
+
+/// Planes of one normal that a block rests on, `first` to `last` of all: a face has many corners. Between `low` and `high` lie the levels of all of them.
+struct Facing {
+  Vec3 n;
+  double low, high, step;
+  std::size_t first, last;
+  double lowest = std::numeric_limits<double>::quiet_NaN();   // height of the block's lowest vertex along n; NaN before it was asked for
 };
 
 class EdgeFilter {
@@ -61,10 +72,10 @@ class EdgeFilter {
     first_.assign(m.blocks.size() + 1, 0);
     each_side([&](std::size_t block, std::size_t) { ++first_[block + 1]; });
     for (std::size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-    resting_.resize(first_.back());   // in one row: a piece of a deck has hundreds, and each is asked about each
-    lowest_.assign(resting_.size(), std::numeric_limits<double>::quiet_NaN());
+    resting_.resize(first_.back());
     std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
     each_side([&](std::size_t block, std::size_t i) { resting_[next[block]++] = support(i, static_cast<int>(block)); });
+    gather_facings();
   }
 
   /// In ascending order: what was dropped supports nothing, so that no two contacts drop each other.
@@ -86,37 +97,62 @@ class EdgeFilter {
     return {-n, -n.dot(s.at.point_a), -n.dot(s.at.point_b), step_at(s), touch};
   }
 
+  /// A piece of a deck rests on hundreds of planes, and each of its touches is asked about each: those of one normal are told apart together.
+  void gather_facings() {
+    const auto normal = [](const Support& p) { return std::tuple(p.n.x(), p.n.y(), p.n.z()); };
+    first_facing_.assign(1, 0);
+    for (std::size_t b = 0; b + 1 < first_.size(); ++b) {
+      const auto begin = resting_.begin() + static_cast<std::ptrdiff_t>(first_[b]), end = resting_.begin() + static_cast<std::ptrdiff_t>(first_[b + 1]);
+      std::sort(begin, end, [&](const Support& p, const Support& q) { return std::pair(normal(p), p.touch) < std::pair(normal(q), q.touch); });
+      for (std::size_t k = first_[b]; k < first_[b + 1]; ++k) {
+        const Support& p = resting_[k];
+        if (k == first_[b] || normal(p) != normal(resting_[k - 1])) facings_.push_back({p.n, p.low(), p.high(), p.step, k, k});
+        Facing& f = facings_.back();
+        f.low = std::min(f.low, p.low()), f.high = std::max(f.high, p.high()), f.step = std::max(f.step, p.step), f.last = k + 1;
+      }
+      first_facing_.push_back(facings_.size());
+    }
+  }
+
   /// True if block q of t rests on a plane that parts it from the other body of t.
-  bool slides(const Touch& t, int q) const {
-    const double step = step_at(t);
-    for (std::size_t k = first_[static_cast<std::size_t>(q)]; k < first_[static_cast<std::size_t>(q) + 1]; ++k) {
-      const Support& s = resting_[k];
-      if (dropped_[s.touch] == 0 && std::abs(s.n.dot(t.at.normal)) <= parallel_cosine && parts(s, t, q, std::max(s.step, step), lowest_[k])) return true;
+  bool slides(const Touch& t, int q) {
+    for (std::size_t k = first_facing_[static_cast<std::size_t>(q)]; k < first_facing_[static_cast<std::size_t>(q) + 1]; ++k)
+      if (std::abs(facings_[k].n.dot(t.at.normal)) <= parallel_cosine && parts(facings_[k], t, q)) return true;
+    return false;
+  }
+
+  /// True if one of the planes has block q above and the other body of t below it, but for a step that is none.
+  bool parts(Facing& f, const Touch& t, int q) const {
+    const bool q_is_b = t.b == q;
+    const double none = step_at(t), widest = std::max(f.step, none), below = f.n.dot(q_is_b ? t.at.point_a : t.at.point_b);
+    double above = f.n.dot(q_is_b ? t.at.point_b : t.at.point_a);
+    // Most are told apart by the touched points alone.
+    if (above < f.low - widest || below > f.high + widest) return false;
+    if (std::isnan(f.lowest)) f.lowest = heights(model_, state_, q, f.n).low;
+    above = std::min(above, f.lowest);
+    if (above < f.low - widest) return false;
+    double highest = std::numeric_limits<double>::quiet_NaN();   // of the other body
+    for (std::size_t k = f.first; k < f.last; ++k) {
+      const Support& p = resting_[k];
+      const double step = std::max(p.step, none);
+      if (dropped_[p.touch] != 0 || above < p.low() - step || below > p.high() + step) continue;
+      if (t.at.area > 0 && p.high() - p.low() > step) continue;   // what has sunk in overlaps the other side's faces, too
+      if (std::isnan(highest)) highest = highest_of_other(t, q, f.n);
+      if (highest <= p.high() + step) return true;
     }
     return false;
   }
 
-  /// True if the plane has block q above and the other body of t below it, but for a `step` that is none. `lowest`: height of q's lowest vertex along the plane's normal, NaN before it was asked for.
-  bool parts(const Support& p, const Touch& t, int q, double step, double& lowest) const {
-    if (t.at.area > 0 && std::abs(p.block_level - p.partner_level) > step) return false;   // what has sunk in overlaps the other side's faces, too
-    const double low = std::min(p.block_level, p.partner_level) - step, high = std::max(p.block_level, p.partner_level) + step;
-    const bool q_is_b = t.b == q;
-    // Most are told apart by the touched points alone.
-    if (p.n.dot(q_is_b ? t.at.point_b : t.at.point_a) < low || p.n.dot(q_is_b ? t.at.point_a : t.at.point_b) > high) return false;
-    if (std::isnan(lowest)) lowest = heights(model_, state_, q, p.n).low;
-    if (lowest < low) return false;
-    if (!q_is_b) return heights(model_, state_, t.b, p.n).high <= high;
+  /// Height along n of what t touches beside block q; of terrain and structures, of the triangles about the touched one.
+  double highest_of_other(const Touch& t, int q, const Vec3& n) const {
+    if (t.b != q) return heights(model_, state_, t.b, n).high;
     switch (t.a.kind) {
-      case Partner::Kind::block: return heights(model_, state_, t.a.index, p.n).high <= high;
-      case Partner::Kind::terrain: {
-        const int face = t.at.face_a >= 0 ? t.at.face_a : env_.terrain->triangle_at(t.at.point_a);
-        return heights_around(*env_.terrain, face, p.n).high <= high;
-      }
-      case Partner::Kind::structure:
-        return heights_around(*env_.structures[static_cast<std::size_t>(t.a.index)].index, t.at.face_a, p.n).high <= high;
+      case Partner::Kind::block: return heights(model_, state_, t.a.index, n).high;
+      case Partner::Kind::terrain: return heights_around(*env_.terrain, t.at.face_a >= 0 ? t.at.face_a : env_.terrain->triangle_at(t.at.point_a), n).high;
+      case Partner::Kind::structure: return heights_around(*env_.structures[static_cast<std::size_t>(t.a.index)].index, t.at.face_a, n).high;
       case Partner::Kind::plane: break;
     }
-    return false;
+    return std::numeric_limits<double>::infinity();
   }
 
   const dda::Model& model_;
@@ -125,9 +161,10 @@ class EdgeFilter {
   double flush_, at_skins_;
   const std::vector<Touch>& touches_;
   std::vector<char> dropped_;
-  mutable std::vector<double> lowest_;         // of each of resting_
   std::vector<std::size_t> first_;
-  std::vector<Support> resting_;               // contacts of every block, ascending, from first_[block] on
+  std::vector<Support> resting_;             // contacts of every block, from first_[block] on, by their normals
+  std::vector<std::size_t> first_facing_;
+  std::vector<Facing> facings_;              // of every block, from first_facing_[block] on
 };
 
 }  // namespace
