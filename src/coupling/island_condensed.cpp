@@ -33,10 +33,10 @@ double IslandStepper::own_approach(const Touch& t) const { return t.at.normal.do
 /// Whether a stretch may begin condensed: no block strikes a structure in it, and every structure can.
 bool IslandStepper::may_condense(double t, double duration) {
   if (!island_->surfaces.empty()) return false;
-  // What costs least is asked first.
-  if (!chosen_condensed() && !none_strikes(duration)) return false;
-  return std::all_of(island_->structures.begin(), island_->structures.end(),
-                     [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0; });
+  // What costs least is asked first: the structure's forces, which the next step needs in any case, before a search that reaches through the whole stretch.
+  const bool able = std::all_of(island_->structures.begin(), island_->structures.end(),
+                                [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->condensed_step(t, settings_.accuracy) > 0; });
+  return able && (chosen_condensed() || none_strikes(duration));
 }
 
 /// True if no block comes to a structure within the time faster than a condensed step may stop: each rests on it, or stays away.

@@ -192,11 +192,20 @@ void Bars::ties(const std::function<void(int, int)>& visit) const {
   if (ties_stale_) {
     ties_stale_ = false;
     ties_.clear();
+    tied_.clear();
     const auto& s = bars_.segments();
     for (std::size_t k = 1; k < s.size(); ++k)
       if (s[k].bar == s[k - 1].bar && !(old_[k].broken > 0) && !(old_[k - 1].broken > 0)) ties_.push_back({s[k - 1].cell, s[k].cell});
   }
   for (const auto& [a, b] : ties_) visit(a, b);
+}
+
+const std::vector<char>& Bars::tied(std::size_t cells) const {
+  if (!ties_stale_ && tied_.size() == cells) return tied_;
+  std::vector<char> held(cells, 0);
+  ties([&](int a, int b) { held[static_cast<std::size_t>(a)] = held[static_cast<std::size_t>(b)] = 1; });
+  tied_.swap(held);
+  return tied_;
 }
 
 std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {

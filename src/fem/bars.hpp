@@ -57,6 +57,8 @@ class Bars {
   Counts count(const std::vector<int>& segments) const;
   /// Calls with pairs of cells that an unbroken bar holds together.
   void ties(const std::function<void(int, int)>& visit) const;
+  /// Of each of so many cells, whether an unbroken bar holds it to another.
+  const std::vector<char>& tied(std::size_t cells) const;
   void snapshot(const double* u, Structure::Snapshot& s) const;
   void save(std::vector<double>& state) const;
   std::size_t restore(std::span<const double> state);
@@ -74,6 +76,7 @@ class Bars {
   double slip_strain(std::size_t segment) const { return slip_ ? slip_->strain()[segment] : 0.0; }
   bool evaluated_ = false;                // since the last accept()
   mutable std::vector<std::array<int, 2>> ties_;   // pairs of cells that an unbroken bar holds together
+  mutable std::vector<char> tied_;        // of each cell, whether it is in one of them; empty: to be found
   mutable bool ties_stale_ = true;
   rebar::EmbeddedBars::Sums sums_;
   std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond

@@ -91,11 +91,8 @@ void FemStructure::remove_node(int n) {
 }
 
 std::vector<int> FemStructure::spent_cells() const {
-  std::vector<int> cells = damage_->spent(strain_limit, open_gap, {});
-  if (cells.empty() || !bars_) return cells;
-  std::vector<char> kept(live_.size(), 0);
-  bars_->ties([&](int a, int b) { kept[a] = kept[b] = 1; });
-  return damage_->spent(strain_limit, open_gap, kept);
+  const std::vector<char> none;
+  return damage_->spent(strain_limit, open_gap, bars_ ? bars_->tied(live_.size()) : none);
 }
 
 void FemStructure::erode(const std::vector<int>& cells) {
