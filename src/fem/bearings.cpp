@@ -75,7 +75,8 @@ Bearings::Bearings(const StructureSpec& spec, const HexMesh& mesh, const Viaduct
     p.shear_stiffness = plan.bearing_stiffness * share;
     p.normal_stiffness = 100 * plan.bearing_stiffness * share;
     p.friction = plan.bearing_friction;
-    p.seat_length = plan.bearing_seat;
+    p.seat_along = {-INFINITY, INFINITY};   // away from its span an end comes to lie on the cap beam with more of its length
+    (pad.end == 0 ? p.seat_along[1] : p.seat_along[0]) = pad.end == 0 ? plan.bearing_seat : -plan.bearing_seat;
     for (const Site& s : found) {
       const double y = std::clamp(mesh.local[s.deck_node].y(), cap.box.min().y(), cap.box.max().y());
       p.seat_across = {cap.box.min().y() - y, cap.box.max().y() - y};

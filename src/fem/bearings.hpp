@@ -43,6 +43,7 @@ class Bearings {
   const std::vector<Site>& sites() const { return sites_; }
   /// The cell of the cap that a spring stands on now.
   int cap_cell(std::size_t site) const { return foot_[site].cell; }
+  const Foot& foot(std::size_t site) const { return foot_[site]; }
   /// All nodes that springs act on, or may come to act on.
   std::vector<int> nodes() const;
   bool holds(std::size_t site) const { return old_[site].lost == 0; }

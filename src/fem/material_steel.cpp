@@ -159,7 +159,7 @@ Bearing::Bearing(const Parameters& p) : p_(p) {
   c.require(p.normal_stiffness > 0, "bearing.normal_stiffness", p.normal_stiffness, "must be positive", "1e9 N/m");
   c.require(p.shear_stiffness > 0, "bearing.shear_stiffness", p.shear_stiffness, "must be positive", "1e7 N/m");
   c.require(p.friction >= 0 && std::isfinite(p.friction), "bearing.friction", p.friction, "must not be negative", "0.05 for PTFE, 0.3 to 0.5 for elastomer on concrete");
-  c.require(p.seat_length > 0, "bearing.seat_length", p.seat_length, "must be positive", "0.4 m");
+  c.require(p.seat_along[0] < 0 && p.seat_along[1] > 0, "bearing.seat_along", p.seat_along[0], "must hold 0", "what rests on the cap beam");
   c.require(p.seat_across[0] <= 0 && p.seat_across[1] >= 0, "bearing.seat_across", p.seat_across[0], "must hold 0", "from the deck's place to the ends of the cap beam");
   c.done();
 }
@@ -169,7 +169,7 @@ Bearing::Result Bearing::operator()(double closing, const std::array<double, 2>&
   next = old;
   Result r;
   if (old.lost > 0) return r;
-  if (std::abs(u[0]) > p_.seat_length || u[1] < p_.seat_across[0] || u[1] > p_.seat_across[1]) {
+  if (u[0] < p_.seat_along[0] || u[0] > p_.seat_along[1] || u[1] < p_.seat_across[0] || u[1] > p_.seat_across[1]) {
     next.lost = 1;
     return r;
   }

@@ -17,8 +17,8 @@
 ///
 /// Bearing: N = k_n max(0, delta); horizontal t = k_t (u - u_p) with |t - N s| <= mu N, s the slope of what it stands on: where the foot rises by s du_p as it slides,
 /// N takes its part of the work. Friction dissipates (t - N s) du_p; delta follows with the foot, N = k_n max(0, delta + s du_p), within the step: with N of before, a foot on a
-/// steep seat slid away from below by many times its depth. Once |u| along the seat exceeds its length, or the deck is off
-/// the cap beam's end across, it has lost its support there and the bearing carries nothing any more.
+/// steep seat slid away from below by many times its depth. Once u leaves the seat, along or across, the deck
+/// has lost its support there and the bearing carries nothing any more.
 #pragma once
 #include <array>
 #include <cmath>
@@ -104,8 +104,8 @@ class Bearing {
     double normal_stiffness = 1e9;      ///< [N/m]
     double shear_stiffness = 1e7;       ///< [N/m]
     double friction = 0.3;
-    double seat_length = 0.5;           ///< travel along the first axis, either way, before the deck falls off [m]
-    std::array<double, 2> seat_across{-INFINITY, INFINITY};  ///< travel across within which it has the cap beam below it [m]
+    std::array<double, 2> seat_along{-0.5, 0.5};             ///< travel along the first axis within which the deck's end has the cap beam below it [m]
+    std::array<double, 2> seat_across{-INFINITY, INFINITY};  ///< the same across [m]
   };
   struct State {
     std::array<double, 2> slip{};  ///< plastic part of the horizontal displacement [m]

@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 
+#include "fem/bearing_pads.hpp"
 #include "fem/piece_shape.hpp"
 #include "fem/structure_fem.hpp"
 
@@ -147,10 +148,11 @@ std::vector<Fragment> FemStructure::take_fragments() {
   if (pieces.empty()) return {};
 
   forces(time_);  // energies of the cells
+  const std::vector<SeatedNode> seats = seated_nodes();   // a cap beam may come off before its deck
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
     if (is_rubble(piece)) drop_orphans(piece);
-    else fragments.push_back(detach(piece));
+    else fragments.push_back(detach(piece, seats));
   }
   cuts_seen_ = count_cuts();  // the parts that left took some of it along
   rebuild_skin();
@@ -158,7 +160,21 @@ std::vector<Fragment> FemStructure::take_fragments() {
   return fragments;
 }
 
-Fragment FemStructure::detach(const std::vector<int>& cells) {
+std::vector<SeatedNode> FemStructure::seated_nodes() const {
+  std::vector<SeatedNode> seats;
+  if (!bearings_) return seats;
+  for (std::size_t i = 0; i < bearings_->sites().size(); ++i) {
+    const Bearings::Site& site = bearings_->sites()[i];
+    if (!bearings_->holds(i) || !live_[site.deck_cell] || !live_[bearings_->cap_cell(i)]) continue;
+    const Bearings::Foot& foot = bearings_->foot(i);
+    Vec3 place = Vec3::Zero();
+    for (std::size_t a = 0; a < 8; ++a) place += foot.weight[a] * position(foot.node[a]);
+    seats.push_back({site.deck_node, site.deck_cell, 2 * site.deck + site.end, mesh_.local[site.deck_node].z() - site.place.z(), place});
+  }
+  return seats;
+}
+
+Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats) {
   Fragment f;
   std::map<int, double> share;  // node -> mass that leaves
   f.elastic = link_energy(cells);
@@ -183,8 +199,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  const std::vector<SkinQuad> quads = skin(mesh_, neighbours_, only);
-  const ClosedSurface surface = close_surface(quads);
+  std::vector<SkinQuad> quads = skin(mesh_, neighbours_, only);
   std::vector<Vec3> reference, present;
   std::vector<double> weight;
   std::map<int, std::size_t> at;
@@ -196,7 +211,11 @@ Fragment FemStructure::detach(const std::vector<int>& cells) {
   }
   double smallest = std::numeric_limits<double>::infinity();
   for (int cell : cells) smallest = std::min(smallest, cell_mass_[cell] / spec_.density);
-  const std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
+  std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
+  std::vector<SeatedNode> seated;
+  std::copy_if(seats.begin(), seats.end(), std::back_inserter(seated), [&](const SeatedNode& s) { return only[s.cell]; });
+  stand_on_pads(mesh_, seated, quads, at, points);
+  const ClosedSurface surface = close_surface(quads);
   for (int n : surface.node) f.vertices.push_back(points[at.at(n)]);
   for (const auto& v : surface.quad) {
     f.triangles.push_back({v[0], v[1], v[2]});

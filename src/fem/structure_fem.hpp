@@ -71,6 +71,8 @@ inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
       if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
 }
 
+struct SeatedNode;   // bearing_pads.hpp
+
 class FemStructure : public Structure {
  public:
   FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report);
@@ -214,7 +216,8 @@ class FemStructure : public Structure {
   double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
   void erode(const std::vector<int>& cells);
-  Fragment detach(const std::vector<int>& cells);
+  Fragment detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats);
+  std::vector<SeatedNode> seated_nodes() const;   // of all decks, as long as cells of both sides are there
   // structure_pieces.cpp
   long count_cuts();
   Mat3 gradient_at_centre(int cell) const;

@@ -105,7 +105,7 @@ std::vector<Key> structure_keys() {
   viaduct("bearing_height", length, "0.1 m", "Viaduct: height of the bearings.");
   viaduct("bearing_stiffness", stiffness, "10 MN/m", "Viaduct: stiffness of a bearing along the deck.");
   viaduct("bearing_friction", number, "0.3", "Viaduct: friction coefficient of the bearings.", 0, false);
-  viaduct("bearing_seat", length, "0.5 m", "Viaduct: length a deck end can slide along the axis before it falls, at most what rests on the cap beam; across, a girder falls off the ends of the cap beam. Omitted: what rests there, where that is less.");
+  viaduct("bearing_seat", length, "0.5 m", "Viaduct: length a deck end can slide along the axis towards its span before it falls, at most what rests on the cap beam; across, a girder falls off the ends of the cap beam. Omitted: what rests there, where that is less.");
   viaduct("abutments", number, "0", "Viaduct: 1 with abutments at both ends, 0 without.", 0, false);
   keys.push_back({.path = "structure.parameters", .type = Type::free_table, .doc = "Further measures of the parametric kinds by name, each a number or a quantity with a unit."});
   return keys;

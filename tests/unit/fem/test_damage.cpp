@@ -313,6 +313,27 @@ TEST(Viaduct, StandsUnderItsWeightAndLosesASpanThatLeavesItsSeat) {
   ASSERT_EQ(fallen.size(), 1u);
   EXPECT_NEAR(fallen[0].mass, deck, 1e-9 * deck);
   EXPECT_GT(fallen[0].linear_momentum.x(), 0);
+  // Its left end has left the seat. At the other it still lies on its cap beam, by pads as high as the bearing: without them it would drop by that height.
+  const double cap = 7, bottom = 7.1;   // levels as built [m]
+  const auto lowest = [&](bool left) {
+    double z = bottom + 1;
+    for (const Vec3& x : fallen[0].vertices)
+      if ((x.x() < 6.5) == left) z = std::min(z, x.z());
+    return z;
+  };
+  EXPECT_NEAR(lowest(true), bottom, 0.02);
+  EXPECT_NEAR(lowest(false), cap, 2e-3);
+  std::map<std::pair<int, int>, int> edges;   // closed: each is run through once each way
+  double volume_of_piece = 0;
+  for (const auto& v : fallen[0].triangles) {
+    for (std::size_t k = 0; k < 3; ++k) ++edges[{v[k], v[(k + 1) % 3]}];
+    const auto at = [&](std::size_t k) { return fallen[0].vertices[static_cast<std::size_t>(v[k])]; };
+    volume_of_piece += at(0).dot(at(1).cross(at(2))) / 6;
+  }
+  for (const auto& [edge, count] : edges) EXPECT_TRUE(count == 1 && edges.count({edge.second, edge.first}) == 1);
+  const double pads = volume_of_piece - deck / 2450;
+  EXPECT_GT(pads, 0.05);
+  EXPECT_LT(pads, 1.0);
 }
 
 // Across, a deck has the cap beam, 4 m to each side, below it until its bearings at y = -2 m are off the cap's end: after 6 m. Pushed by a = 20 m/s^2 it is then

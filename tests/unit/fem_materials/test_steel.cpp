@@ -201,7 +201,7 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   p.normal_stiffness = 1e9;
   p.shear_stiffness = 1e7;
   p.friction = 0.3;
-  p.seat_length = 0.4;
+  p.seat_along = {-INFINITY, 0.4};
   const Bearing law(p);
   Bearing::State state;
   auto r = law(1e-3, {0.01, 0}, state, state);
@@ -214,6 +214,7 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   r = law(-1e-3, {0.1, 0.1}, state, state);
   EXPECT_EQ(r.normal, 0);
   EXPECT_NEAR(std::hypot(r.shear[0], r.shear[1]), 0, 1e-9);
+  EXPECT_GT(law(1e-3, {-0.41, 0.1}, state, state).normal, 0);   // on to the cap beam, not off it
   r = law(1e-3, {0.41, 0.1}, state, state);
   EXPECT_EQ(r.normal, 0);
   EXPECT_EQ(state.lost, 1);
@@ -225,7 +226,7 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   EXPECT_GT(near_an_end(1e-3, {0, -0.19}, state, state).normal, 0);
   EXPECT_EQ(near_an_end(1e-3, {0, -0.21}, state, state).normal, 0);
   EXPECT_EQ(state.lost, 1);
-  p.seat_length = 0;
+  p.seat_along = {0, 0.4};
   EXPECT_THROW(Bearing{p}, InputError);
 }
 
