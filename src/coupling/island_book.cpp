@@ -80,7 +80,8 @@ struct IslandStepper::Booking {
   void hard_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
   void spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
   double stretched(const Touch& t) const;
-  void shear(const Touch& t, const contact::ProblemContact& c, double slip_work);
+  double slid_before(const Touch& t, const contact::ProblemContact& c, const Slip& slip) const;
+  void shear(const Touch& t, const contact::ProblemContact& c, const Slip& slip);
   void position(const Body& b);
   void turning(const Body& b);
   void straining(const Body& b);
@@ -166,7 +167,7 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 /// Springs: what they store; the rest of the normal work is the rule's own loss, of the tangential friction.
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
-  shear(t, c, c.impulse.tail<2>().dot(mean.tail<2>()));
+  shear(t, c, s);
   const double crushed = t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach) : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
@@ -180,16 +181,23 @@ void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemCo
   if (t.dashpot > 0 && of.leapfrog()) onset += std::max(0.0, lost);
 }
 
-void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, double slip_work) {
-  const double stretch = stretched(t);
+/// Friction in the half step before of what sticks now: the impulse stands for the time from half step to half step, and where the last step slid, half of that slip lies in it [J].
+double IslandStepper::Booking::slid_before(const Touch& t, const contact::ProblemContact& c, const Slip& s) const {
+  if (!t.shears_by_half) return 0;
+  const Vec3 before = 2 * (s.blocks + s.structure) - s.last, stretched = t.frame.transpose() * t.shear_way;
+  return std::max(0.0, -0.5 * c.impulse.tail<2>().dot((before - stretched / of.length_before(t, h)).tail<2>()));
+}
+
+void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
+  const double slip_work = c.impulse.tail<2>().dot((s.blocks + s.structure).tail<2>()), stretch = stretched(t);
   if (!of.leapfrog()) {
     loss.sprung -= slip_work + stretch;
     return;
   }
-  // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own, and what would drive is the scheme's.
+  // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own but for the half step before, and what would drive is the scheme's.
   const double lost = -(slip_work + stretch);
   const bool slides = t.shear_stiffness == 0 || c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
-  const double slid = slides ? std::max(0.0, lost) : 0.0;
+  const double slid = std::max(0.0, slides ? lost : std::min(lost, slid_before(t, c, s)));
   pending.friction_work += slid;
   pending.algorithmic += lost - slid;
 }

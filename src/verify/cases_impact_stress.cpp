@@ -50,7 +50,7 @@ void judge(CaseRun& c, const std::string& title, const std::string& text, const 
   judge_interface(c, o, title, 0.01, taken_judged);
 }
 
-void pier(CaseRun& c, const std::string& title, const PierScene& scene, bool taken_judged = true) { judge(c, title, scene.text(), Vec3::UnitX(), Vec3(-0.5, 0.13, 4.05), taken_judged); }
+void pier(CaseRun& c, const std::string& title, const PierScene& scene) { judge(c, title, scene.text(), Vec3::UnitX(), Vec3(-0.5, 0.13, 4.05)); }
 
 void moduli(CaseRun& c) {
   for (const double factor : {1e-3, 1.0, 1e3}) {
@@ -77,7 +77,7 @@ void stiffnesses(CaseRun& c) {
     s.law = "normal_stiffness = \"" + number(k) + " N/m\"";
     if (k < 1e7) s.speed = 3;
     s.end = k < 1e7 ? 0.1 : 0.03;
-    pier(c, fmt::format("springs of {:g} N/m", k), s, k != 1e9);   // 1.6 %: as it strikes again, features take each other's place under load
+    pier(c, fmt::format("springs of {:g} N/m", k), s);
   }
 }
 
