@@ -51,6 +51,7 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.surface_contacts.resize(env_.structures.size());
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
+  state_.structure_step.resize(env_.structures.size(), 0.0);
   settings_.step.threads = settings_.threads;
   schemes_.resize(env_.structures.size());
   glue();
@@ -187,11 +188,12 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     auto& stepper = steppers.local();
     if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
     const Island& island = p.islands[i];
-    double hint = 0;   // the smallest suggestion among its blocks
-    for (int b : island.blocks) {
-      const double h = state_.step[static_cast<std::size_t>(b)];
+    double hint = 0;   // the smallest suggestion among its blocks and structures
+    const auto count = [&](double h) {
       if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
-    }
+    };
+    for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
+    for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
     reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
   };
   if (settings_.threads > 1 && p.islands.size() > 1) {
@@ -253,6 +255,9 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       state_.asleep[k] = 1;
     }
   }
+  std::fill(state_.structure_step.begin(), state_.structure_step.end(), 0.0);
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    for (int q : p.islands[i].structures) state_.structure_step[static_cast<std::size_t>(q)] = reports[i].next_step;
   std::vector<char> awake(model_.blocks.size(), 0);
   for (const Island& island : p.islands)
     for (int b : island.blocks) awake[static_cast<std::size_t>(b)] = 1;

@@ -28,6 +28,7 @@ struct SystemState {
   ContactHistory surface_contacts;       // between structures, per second structure of the pair
   std::vector<char> asleep;              // per block
   std::vector<double> step;              // suggested step of the island the block was last in [s]
+  std::vector<double> structure_step;    // the same per structure; 0: it was in none in the last stretch [s]
   double stretch = 0;                    // longest stretch that is tried next, after one had to be repeated; 0: the settings' [s]
   Ledger ledger;
 };

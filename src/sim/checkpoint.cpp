@@ -141,6 +141,7 @@ Checkpoint Simulation::save() const {
   each_sum(w.system->sums(), [&](long n) { c.integers["sums"].push_back(n); }, sums);
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
   c.integers["told_unsupported"].assign(w.told_unsupported.begin(), w.told_unsupported.end());
+  c.numbers["structure_steps"] = s.structure_step;
   for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q) {
     const coupling::StructurePart& part = w.system->environment().structures[q];
     if (!part.stepped()) continue;
@@ -249,6 +250,10 @@ void Simulation::restore(const Checkpoint& c) {
   auto& structures = w.system->environment().structures;
   if (const auto told = c.integers.find("told_unsupported"); told != c.integers.end())
     for (const std::int64_t flag : told->second) w.told_unsupported.push_back(flag != 0 ? 1 : 0);
+  if (const auto steps = c.numbers.find("structure_steps"); steps != c.numbers.end()) {   // none in those of former versions
+    Reader step(steps->second);
+    for (double& h : s.structure_step) step(h);
+  }
   for (std::size_t q = 0; q < structures.size(); ++q) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;
