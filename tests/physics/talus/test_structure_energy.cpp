@@ -167,6 +167,27 @@ TEST(StructureEnergy, SpringsStifferThanACellAreHard) {
   EXPECT_LT(turned_cube_on_springs("1e14", 10, 0.03).taken, 0.03);
 }
 
+/// Peak force of a steel sphere, 1 cm in radius, that strikes a block of 10^3 cells of 1 cm at 10 m/s on Hertz's law, over Hertz's peak on a half-space; so many cells beside a node [1].
+double hertz_peak(double beside) {
+  const double radius = 0.01, young = 210e9, speed = 10, density = 7800, mass = density * 4.0 / 3 * M_PI * std::pow(radius, 3);
+  const double stiffness = 4.0 / 3 * young / (2 * (1 - 0.09)) * std::sqrt(radius), deepest = std::pow(1.25 * mass * speed * speed / stiffness, 0.4);
+  SceneText s(Method::by_accuracy(1e-3), 6e-5, Vec3::Zero());
+  s.history(6e-7).material("steel", density, "young = 210e9\npoisson = 0.3").material("ball", density * M_PI, "young = 210e9\npoisson = 0.3");
+  s.interface("*", "*", 0, "contact_law = { kind = \"hertz\", radius = 0.01 }");
+  const Vec3 at(0.01 * beside, 0.01 * beside, radius * (1 + 1e-6));
+  s.hull("ball", {at + Vec3(radius, 0, 0), at - Vec3(radius, 0, 0), at + Vec3(0, radius, 0), at - Vec3(0, radius, 0), at + Vec3(0, 0, radius), at - Vec3(0, 0, radius)}, at, velocity(Vec3(0, 0, -speed)), "ball");
+  const Outcome o = run_scene(s.raw(structure_box("base", Vec3(0.1, 0.1, 0.1), Vec3(0, 0, -0.05), {10, 10, 10}, "steel", held_below)).str());
+  EXPECT_TRUE(o.ok()) << o.result.message;
+  double peak = 0;
+  for (const sim::ContactRow& r : o.structure_contacts) peak = std::max(peak, r.force.norm());
+  return peak / (stiffness * std::pow(deepest, 1.5));
+}
+
+/// Wherever a sphere strikes, its force is that of Hertz's law: what the cells give is taken off it, at a node as at a face's centre. With too little at a node the force was 2.8 % low there.
+TEST(StructureEnergy, HertzAtANodeAsAtAFace) {
+  for (const double beside : {0.0, 0.25, 0.5}) EXPECT_NEAR(hertz_peak(beside), 1, 0.02) << beside;
+}
+
 /// A tetrahedron comes down at the edge of a beam and reaches past it while it sinks in. The face on top was left out in one step for a sliver of it below the side, which was itself left out, and a third of the
 /// energy was lost; pushed along its facets, of which one leans over, it made a fifth.
 TEST(StructureEnergy, CornerThatComesDownAtAnEdge) {
