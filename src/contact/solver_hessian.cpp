@@ -54,25 +54,27 @@ constexpr int many = 48;   // degrees of freedom from which the stack pays
 void Hessian::prepare(const System& system) {
   sizes_ = system.ndof;
   keys_.clear();
+  pair_of_.clear();
   first_pair_.clear();
-  int count = 0;
   const std::uint64_t bodies = system.body.size();
   for (const Touch& t : system.touch) {
-    first_pair_.push_back(count);
+    first_pair_.push_back(static_cast<int>(pair_of_.size()));
     for (int a = 0; a < t.count; ++a)
       for (int b = a + 1; b < t.count; ++b) {
-        const std::uint64_t i = system.terms[t.first + a].body, j = system.terms[t.first + b].body;
-        keys_.emplace_back(std::min(i, j) * bodies + std::max(i, j), count++);
+        const std::uint64_t i = system.terms[t.first + a].body, j = system.terms[t.first + b].body, key = std::min(i, j) * bodies + std::max(i, j);
+        if (keys_.empty() || keys_.back().first != key) keys_.emplace_back(key, static_cast<int>(keys_.size()));   // contacts of a pair follow each other
+        pair_of_.push_back(static_cast<int>(keys_.size()) - 1);
       }
   }
-  pair_of_.resize(count);
+  place_.resize(keys_.size());
   std::sort(keys_.begin(), keys_.end());
   pairs_.clear();
   for (std::size_t k = 0; k < keys_.size(); ++k) {
     if (k == 0 || keys_[k].first != keys_[k - 1].first)
       pairs_.emplace_back(static_cast<int>(keys_[k].first / bodies), static_cast<int>(keys_[k].first % bodies));
-    pair_of_[keys_[k].second] = static_cast<int>(pairs_.size()) - 1;
+    place_[keys_[k].second] = static_cast<int>(pairs_.size()) - 1;
   }
+  for (int& pair : pair_of_) pair = place_[pair];
   lu.analyse(sizes_, pairs_);
 }
 

@@ -21,7 +21,8 @@ class Hessian {
 
   std::vector<int> sizes_;
   std::vector<std::pair<int, int>> pairs_;
-  std::vector<std::pair<std::uint64_t, int>> keys_;
+  std::vector<std::pair<std::uint64_t, int>> keys_;   // of runs of contacts with the same bodies
+  std::vector<int> place_;                            // of a run's pair
   std::vector<int> pair_of_, first_pair_;  // pair of bodies of every two terms of a contact
 };
 

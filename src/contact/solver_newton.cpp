@@ -26,30 +26,31 @@ void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier,
   point.u.resize(nc);
   point.state.resize(nc);
   D_.resize(nc);
-  point.difference = system.v_hat;
-  for (int i = 0; i < nc; ++i) {
-    const Touch& t = system.touch[i];
-    point.u[i] = system.relative(t, point.v.data()) + t.bias;
-    if (!(t.w > 0)) {
-      point.p[i].setZero();
-      point.state[i] = open;
-      D_[i].setZero();
-      continue;
+  in_ranges(nc, contacts_at_once, [&](int from, int to) {
+    for (int i = from; i < to; ++i) {
+      const Touch& t = system.touch[i];
+      point.u[i] = system.relative(t, point.v.data()) + t.bias;
+      if (!(t.w > 0)) {
+        point.p[i].setZero();
+        point.state[i] = open;
+        D_[i].setZero();
+        continue;
+      }
+      const Proximal q = proximal(t, epsilon);
+      Law law = t.law;
+      Vec3 u = point.u[i];
+      if (convex) {
+        law.exact = false;
+        u.x() += t.shift;
+      }
+      Vec3 z = q.rho.cwiseProduct(multiplier[i]) - u;
+      z.x() /= q.rn;
+      z.y() /= q.rt;
+      z.z() /= q.rt;
+      point.state[i] = project(law, z, q.rn, q.rt, point.p[i], derivatives ? &D_[i] : nullptr);
     }
-    const Proximal q = proximal(t, epsilon);
-    Law law = t.law;
-    Vec3 u = point.u[i];
-    if (convex) {
-      law.exact = false;
-      u.x() += t.shift;
-    }
-    Vec3 z = q.rho.cwiseProduct(multiplier[i]) - u;
-    z.x() /= q.rn;
-    z.y() /= q.rt;
-    z.z() /= q.rt;
-    point.state[i] = project(law, z, q.rn, q.rt, point.p[i], derivatives ? &D_[i] : nullptr);
-    if (point.p[i] != Vec3::Zero()) system.push(t, point.p[i], point.difference.data());
-  }
+  });
+  system.velocities(point.p, point.difference);
   point.merit = 0;
   for (int k = 0; k < system.n; ++k) {
     point.difference[k] = point.v[k] - point.difference[k];
@@ -126,17 +127,23 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
     for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
     double inner = 0, outer = 0, residual = 0;
     system.impulse_reach(here_.p, reach_);
-    for (int i = 0; i < nc; ++i) {
-      const Touch& t = system.touch[i];
-      if (!(t.w > 0)) continue;
-      const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
-      inner = std::max(inner, (u - here_.u[i]).cwiseAbs().maxCoeff());
-      outer = std::max(outer, proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs().maxCoeff());
-      Law law = t.law;
-      if (options.convex) law.exact = false;
-      const double r = natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(),
-                                        system.round_off(t, reach_), options.convex ? t.shift : 0.0);
-      if (!(r <= residual)) residual = r;
+    of_contact_.resize(nc);
+    in_ranges(nc, contacts_at_once, [&](int from, int to) {
+      for (int i = from; i < to; ++i) {
+        const Touch& t = system.touch[i];
+        of_contact_[i].setZero();
+        if (!(t.w > 0)) continue;
+        const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
+        Law law = t.law;
+        if (options.convex) law.exact = false;
+        of_contact_[i] = {(u - here_.u[i]).cwiseAbs().maxCoeff(), proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs().maxCoeff(),
+                          natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(), system.round_off(t, reach_), options.convex ? t.shift : 0.0)};
+      }
+    });
+    for (const Vec3& of : of_contact_) {
+      inner = std::max(inner, of.x());
+      outer = std::max(outer, of.y());
+      if (!(of.z() <= residual)) residual = of.z();   // keeps a NaN
     }
     if (residual < 0.5 * best) halved = outcome.newton;
     if (residual < best) {

@@ -52,6 +52,7 @@ class Newton {
   std::vector<Mat3> D_;
   std::vector<double> step_, candidate_, reach_;
   std::vector<Vec3> multiplier_, slope_, best_p_;
+  std::vector<Vec3> of_contact_;   // how far it is from the inner and the outer solution, and its residual [m/s]
   std::vector<unsigned char> factored_state_;
 };
 

@@ -9,6 +9,7 @@
 /// d_i      diagonal of N                                     1/kg        1
 /// step     what a pair of sweeps changes                     N s         contacts
 #pragma once
+#include <utility>
 #include <vector>
 
 #include "contact/solver_system.hpp"
@@ -34,11 +35,13 @@ class NormalSweeps {
   void push(const Row& row, double change, double* v) const;
   void sweep(bool forward, double* v);
   void carry_on(double momentum, double* v);
+  std::pair<double, double> gain();
   double residual(const double* v);
 
   std::vector<Row> rows_;
   std::vector<double> J_;              // normal rows, of a term at a third of its place in the system's
   const System* system_ = nullptr;
+  std::vector<std::pair<double, double>> gains_;          // of every range
   std::vector<double> p_, before_, direction_, change_;   // change_: of the last sweep, later the residuals [m/s]
 };
 

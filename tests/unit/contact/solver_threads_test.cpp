@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <random>
-#include <set>
 
 #include "contact/solver_linear.hpp"
 #include "contact/solver_order.hpp"
@@ -30,7 +29,7 @@ Solved solve_on(int threads, const Builder& scene, const SolveSettings& settings
 
 TEST(SolverThreads, GiveTheSameBits) {
   const Builder b = pile(18, 18, 3, 0.5, 0.005, 0.3, 5);
-  ASSERT_GE(b.problem.contacts.size(), static_cast<std::size_t>(detail::VisitingOrder::coloured_from));
+  ASSERT_GE(b.problem.contacts.size(), static_cast<std::size_t>(2 * detail::VisitingOrder::contacts_of_part));
   SolveSettings settings;
   settings.tolerance = 2e-3;
   const Solved one = solve_on(1, b, settings), two = solve_on(2, b, settings), three = solve_on(3, b, settings);
@@ -90,35 +89,41 @@ TEST(BlockLU, FrontsThatWaitForOthersGiveTheSameBitsAndTheSolution) {
   EXPECT_EQ(x, solution_on(3));
 }
 
-TEST(VisitingOrder, RunsThatAreVisitedTogetherShareNoBody) {
-  const Builder b = pile(18, 18, 3, 0.5, 0.005, 0.3, 5);
+TEST(VisitingOrder, GroupsThatAreVisitedTogetherShareNoBody) {
+  const Builder b = pile(24, 24, 3, 0.5, 0.005, 0.3, 5);
   detail::System system;
   system.assemble(b.problem, true);
-  ASSERT_GT(system.order.colours(), 1);
-  for (const bool forward : {true, false}) {
-    struct Run { int first = -1, last = -1; std::set<int> bodies; };   // when it was visited, of all visits
-    std::vector<Run> runs(system.touch.size() / detail::VisitingOrder::run_length + 1);
-    std::vector<int> times(system.touch.size(), 0);
-    int now = 0;
-    system.order.each(forward, false, [&](int i) {
-      const detail::Touch& t = system.touch[static_cast<std::size_t>(i)];
-      Run& run = runs[static_cast<std::size_t>(i / detail::VisitingOrder::run_length)];
-      if (run.first < 0) run.first = now;
-      run.last = now++;
-      for (int k = t.first; k < t.first + t.count; ++k) run.bodies.insert(system.terms[static_cast<std::size_t>(k)].body);
-      ++times[static_cast<std::size_t>(i)];
-      return true;
-    });
-    EXPECT_TRUE(std::ranges::all_of(times, [](int n) { return n == 1; }));
-    bool together = false;
-    for (std::size_t i = 0; i < runs.size(); ++i)
-      for (std::size_t j = 0; j < i; ++j) {
-        if (runs[i].first > runs[j].last || runs[j].first > runs[i].last) continue;
-        together = true;
-        EXPECT_TRUE(std::ranges::none_of(runs[i].bodies, [&](int body) { return runs[j].bodies.contains(body); })) << "runs " << j << " and " << i;
+  ASSERT_GT(system.order.levels(), 2);
+  for (int level = 0; level < system.order.levels(); ++level) {
+    std::vector<int> group_of_body(system.body.size(), -1);
+    for (int g = 0; g < system.order.groups(level); ++g) {
+      EXPECT_TRUE(std::ranges::is_sorted(system.order.group(level, g)));
+      for (const int i : system.order.group(level, g)) {
+        const detail::Touch& t = system.touch[static_cast<std::size_t>(i)];
+        for (int k = t.first; k < t.first + t.count; ++k) {
+          int& group = group_of_body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(k)].body)];
+          EXPECT_TRUE(group < 0 || group == g) << "level " << level << ", contact " << i;
+          group = g;
+        }
       }
-    EXPECT_TRUE(together);
+    }
   }
+  for (const bool forward : {true, false}) {
+    std::vector<int> times(system.touch.size(), 0);
+    system.order.each(forward, false, [&](int i) { return ++times[static_cast<std::size_t>(i)] > 0; });
+    EXPECT_TRUE(std::ranges::all_of(times, [](int n) { return n == 1; }));
+  }
+}
+
+/// What lies between the parts is little, else loads would be carried on part by part alone.
+TEST(VisitingOrder, MostContactsLieWithinAPart) {
+  const Builder b = cubes(20, 10, 8, 0.5, 0.01, true);
+  detail::System system;
+  system.assemble(b.problem, true);
+  ASSERT_GT(system.order.levels(), 2);
+  std::size_t within = 0;
+  for (int g = 0; g < system.order.groups(0); ++g) within += system.order.group(0, g).size();
+  EXPECT_GT(within, 0.75 * static_cast<double>(system.touch.size()));
 }
 
 /// The touched skin of a structure is one body of many degrees of freedom: eliminated by panels.
