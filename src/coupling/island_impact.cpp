@@ -5,6 +5,17 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
+namespace {
+
+constexpr double impact_round_off = 1e-10;   // of the energy: impacts are solved to some 1e-12 of the velocities, and e = 1 is no gain
+
+/// True if one of the two is a block that strains.
+bool strains(const dda::Model& model, const Touch& t) {
+  const auto deformable = [&](int block) { return model.blocks[static_cast<std::size_t>(block)].deformable; };
+  return (t.b >= 0 && deformable(t.b)) || (t.a.kind == Partner::Kind::block && deformable(t.a.index));
+}
+
+}  // namespace
 
 /// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor is a parting as slow [m/s].
 double IslandStepper::slow_speed() const { return 0.03 * settings_.accuracy * std::sqrt(2 * model_.gravity.norm() * length_); }
@@ -20,8 +31,6 @@ double IslandStepper::impact_speed(const Touch& t) const {
 bool IslandStepper::meets_hard(const Touch& t) const {
   return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
 }
-
-constexpr double impact_round_off = 1e-10;   // of the energy: impacts are solved to some 1e-12 of the velocities, and e = 1 is no gain
 
 /// Rows of an impulse of no duration, restitution times `scale`; true if any of them gives speed back.
 bool IslandStepper::impact_rows(double scale) {
@@ -41,7 +50,7 @@ bool IslandStepper::impact_rows(double scale) {
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
     if (t.law->restitution && t.approach < -impact_speed(t)) {
-      c.bias[0] = scale * *t.law->restitution * t.approach;
+      c.bias[0] = scale * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
       restituted = restituted || *t.law->restitution > 0;
     }
     if (t.law->restitution_tangential) {
@@ -95,6 +104,13 @@ bool IslandStepper::impact_stage(double time) {
   save();
   for (double scale : {1.0, 0.5, 0.0}) {
     begin_step(0, given);
+    // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum, J^-1 L: the energies of that motion and of the strain
+    // rates add up, and what the contact gives and takes is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
+    for (Body& b : bodies_) {
+      if (b.ndof != 6 || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+      b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
+      for (Vec12* v : {&b.v0, &b.free.velocity, &b.v_ref, &b.v_solved}) v->segment<3>(3) = b.free.spin;
+    }
     const bool restituted = impact_rows(scale);
     finish_bodies();
     if (!solve_rolling(0, Effort::last_resort)) return false;
@@ -107,9 +123,14 @@ bool IslandStepper::impact_stage(double time) {
     if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + impact_round_off) || !restituted || scale == 0) break;
     restore();   // energy rule: restitution with friction on many contacts may not create energy
   }
-  // Strain rates are not part of a rigid impulse.
-  for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (bodies_[i].ndof == 6) state_.eps_rate[static_cast<std::size_t>(bodies_[i].block)] = saved_[i].eps_rate;
+  // Strain rates are not part of a rigid impulse, nor what they have of the spin.
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Body& b = bodies_[i];
+    const auto k = static_cast<std::size_t>(b.block);
+    if (b.ndof != 6 || !model_.blocks[k].deformable) continue;
+    state_.eps_rate[k] = saved_[i].eps_rate;
+    state_.w[k] = saved_[i].w + (b.v_solved - b.v0).segment<3>(3);
+  }
   book(0);
   report_.ledger += pending_;
   note_impacts_on_skin(time);

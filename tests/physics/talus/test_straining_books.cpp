@@ -24,5 +24,28 @@ TEST(StrainingBooks, CloseByStepsLongerThanTheContact) {
     }
 }
 
+/// A soft rod that turns and rings strikes a slope with restitution 1. A rigid impulse leaves the strain rates as they are, but spin and strain rates of a rod share a part of the energy:
+/// measured by the spin alone the blow kept it, and the rods had up to 5 % more afterwards.
+TEST(StrainingBooks, ARigidImpulseMakesNoEnergy) {
+  for (int k = 0; k < 6; ++k) {
+    SceneText s(Method::by_accuracy(1e-3), 0.5);
+    s.history(0.01).material("rock", 2600, "young = 1.2e7\npoisson = 0.45").interface("rock", "ground", 0, "normal_stiffness = \"hard\"\nrestitution = 1.0").plane(Vec3::UnitZ());
+    s.box("B", Vec3(0.58, 0.042, 0.016), Vec3(0, 0, 0.6), turned(Vec3(0.2, 0.3 + 0.1 * k, 0.1)) + spin(Vec3(10, 90 - 20 * k, 5)) + "deformable = true\n");
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    ASSERT_GT(o.result.counters.impacts, 0);
+    double moves = 0, before = 0;
+    for (const auto& r : o.rows) moves = std::max(moves, r.ledger.kinetic);
+    for (std::size_t i = 0; i < o.rows.size(); ++i) {
+      const auto& l = o.rows[i].ledger;
+      const double energy = l.kinetic + l.potential + l.strain + l.contact;
+      if (i > 0) {
+        EXPECT_LE(energy - before, 1e-3 * moves) << k << " at " << o.rows[i].time;
+      }
+      before = energy;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace talus::verify
