@@ -111,9 +111,10 @@ std::string FemStructure::advance_alone(double t, double duration) {
     modal_motion(t, duration);
     return "modal";
   }
-  // Modes cost about as much as some hundred explicit steps: not before it is clear that the structure rings on alone.
+  // Not before explicit steps alone have cost what the modes would: at most twice what would have been least then, however long it rings on. What is not linear tries condensed steps.
   const double explicit_count = std::ceil(duration / critical_step_);
-  const bool worth = how == "auto" && explicit_count >= 8 && (reference_kinetic_ == 0 || lone_steps_ >= modal_try_);
+  const bool waited = linear ? lone_steps_ >= std::max(modal_try_, steps_worth(modes_)) : reference_kinetic_ == 0 || lone_steps_ >= modal_try_;
+  const bool worth = how == "auto" && explicit_count >= 8 && waited;
   if (linear && (how == "modal" || worth)) {
     if (enter_modal(t, how == "modal")) {
       modal_motion(t, duration);
