@@ -12,7 +12,11 @@ const Services& services() {
 }
 
 std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction) {
-  return services().multigrid(std::move(a), position, direction);
+  return services().multigrid(std::move(a), position, direction, {});
+}
+
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body) {
+  return services().multigrid(std::move(a), position, direction, body);
 }
 
 }  // namespace talus::fem

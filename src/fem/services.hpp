@@ -16,10 +16,13 @@ struct DiscMesh {
 
 struct Services {
   void (*disc)(int levels, DiscMesh& mesh);
-  std::unique_ptr<LinearSolver> (*multigrid)(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
+  std::unique_ptr<LinearSolver> (*multigrid)(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body);
 };
 
 /// Throws InputError if the module is not there.
 const Services& services();
+
+/// The same for several bodies that springs alone hold together: `body` numbers that of each degree of freedom.
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body);
 
 }  // namespace talus::fem

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/disjoint_sets.hpp"
+#include "fem/lowest_eigenvalue.hpp"
 #include "fem/mechanism.hpp"
+#include "fem/services.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/static_balance.hpp"
 #include "fem/structure_fem.hpp"
@@ -17,6 +20,30 @@ namespace talus::fem {
 namespace {
 
 constexpr double steel_density = 7850;  // [kg/m^3]
+
+/// y += K x of cells, bars and bearings as built; nodes x 4.
+void add_stiff_force(ElementOperator& cells, Bars* bars, const Bearings* bearings, const std::vector<char>& live, const AlignedVector& x, AlignedVector& y) {
+  const std::size_t n = x.size();
+  cells.add_internal_force(x.data(), y.data(), false, false);
+  if (bars != nullptr) {
+    // Their stiffness by a difference, so small that neither rotation nor yielding shows.
+    double most = 0;
+    for (double value : x) most = std::max(most, std::abs(value));
+    const double factor = 1e-7 / most;
+    AlignedVector probe(x), zero(n, 0.0), with(n, 0.0), without(n, 0.0);
+    for (double& value : probe) value *= factor;
+    bars->add_forces(probe.data(), 0, live, with.data());
+    bars->add_forces(zero.data(), 0, live, without.data());
+    for (std::size_t i = 0; i < n; ++i) y[i] += (with[i] - without[i]) / factor;
+  }
+  for (const Spring& spring : bearings != nullptr ? bearings->springs() : std::vector<Spring>{}) {
+    Vec3 d = Vec3::Zero();
+    for (std::size_t k = 0; k < spring.node.size(); ++k) d += spring.weight[k] * Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
+    const Vec3 force = spring.stiffness * d;
+    for (std::size_t k = 0; k < spring.node.size(); ++k)
+      for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
+  }
+}
 
 /// Whether any bar presses the concrete from the start.
 bool prestressed(const Bars* bars) {
@@ -172,25 +199,7 @@ void FemStructure::find_critical_step() {
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     std::fill(y.begin(), y.end(), 0.0);
-    operator_->add_internal_force(x.data(), y.data(), false, false);
-    if (bars_) {
-      // Their stiffness by a difference, so small that neither rotation nor yielding shows.
-      double most = 0;
-      for (double value : x) most = std::max(most, std::abs(value));
-      const double factor = 1e-7 / most;
-      AlignedVector probe(x), zero(n, 0.0), with(n, 0.0), without(n, 0.0);
-      for (double& value : probe) value *= factor;
-      bars_->add_forces(probe.data(), 0, live_, with.data());
-      bars_->add_forces(zero.data(), 0, live_, without.data());
-      for (std::size_t i = 0; i < n; ++i) y[i] += (with[i] - without[i]) / factor;
-    }
-    for (const Spring& spring : bearings_ ? bearings_->springs() : std::vector<Spring>{}) {
-      Vec3 d = Vec3::Zero();
-      for (std::size_t k = 0; k < spring.node.size(); ++k) d += spring.weight[k] * Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
-      const Vec3 force = spring.stiffness * d;
-      for (std::size_t k = 0; k < spring.node.size(); ++k)
-        for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
-    }
+    add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, x, y);
     const double a = of(y).dot(of(x));   // x is zero where it is held
     of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
     diagonal.push_back(a);
@@ -233,12 +242,16 @@ const CholeskyFactor& FemStructure::factor() {
 
 LinearSolver& FemStructure::multigrid() {
   if (!multigrid_) {
+    const int nodes = static_cast<int>(mesh_.nodes.size());
+    DisjointSets bodies(nodes);
+    for (const auto& hex : mesh_.hexes)
+      for (const int n : hex) bodies.join(hex[0], n);
     std::vector<Vec3> position(dofs_.size);
-    std::vector<int> direction(dofs_.size);
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
+    std::vector<int> direction(dofs_.size), body(dofs_.size);
+    for (int i = 0; i < nodes; ++i)
       for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) position[d] = mesh_.nodes[i], direction[d] = c;
-    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs()), position, direction);
+        if (const int d = dofs_.number[i][c]; d >= 0) position[d] = mesh_.nodes[i], direction[d] = c, body[d] = bodies.root(i);
+    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs()), position, direction, body);
   }
   return *multigrid_;
 }
@@ -255,11 +268,22 @@ double FemStructure::first_frequency() {
         m[d] = built_mass_[i];   // what has come off since would make the answer hang on when it is asked for
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
+  if (n > largest_factored_system) {   // solutions are dear: rough ones
+    constexpr double rough = 0.1;
+    AlignedVector u(u_.size()), f(u_.size());
+    const auto stiffness = [&](const VecX& from, VecX& to) {
+      std::fill(f.begin(), f.end(), 0.0);
+      scatter(dofs_, from, u);
+      add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, u, f);
+      gather(dofs_, f, to);
+    };
+    const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
+    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6));
+  }
   double omega_sq = 0;
   for (int iteration = 0; iteration < 30; ++iteration) {
     for (int i = 0; i < n; ++i) x[i] *= m[i];
-    if (n > largest_factored_system) multigrid().solve(x.data(), y.data(), 1e-6);
-    else factor().solve(x.data(), y.data());
+    factor().solve(x.data(), y.data());
     double numerator = 0, denominator = 0;  // y K y = y M x_old
     for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
     const double next = numerator / denominator;
@@ -293,31 +317,33 @@ void FemStructure::preload() {
         if (const int d = dofs_.number[i][c]; d >= 0) b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
   }
   // Small strain: one solve. Total Lagrangian: the same factor, until the forces balance.
-  double residual = 0, scale = 0;
+  const bool once = !finite_ && !bars_;
+  double residual = 0, scale = 0, last = 0;   // squared
+  int iterations = 0;
   for (int pass = 0; pass < 40; ++pass) {
     if (n > largest_factored_system) {
-      const int iterations = multigrid().solve(b.data(), x.data(), 1e-10);
-      report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
+      iterations += multigrid().solve(b.data(), x.data(), once ? 1e-10 : 1e-4);   // no closer than a pass that is not linear comes to its balance
     } else {
       factor().solve(b.data(), x.data());
     }
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
-    if (!finite_ && !bars_) break;
+    if (once) break;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    residual = 0, scale = pressed;
+    last = residual, residual = 0, scale = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) {
           b[d] = f_ext_[4 * i + c] - f_int_[4 * i + c];
           residual += b[d] * b[d], scale += f_ext_[4 * i + c] * f_ext_[4 * i + c];
         }
-    if (residual <= 1e-24 * scale) break;
+    if (residual <= 1e-24 * scale || (pass > 0 && residual <= 1e-18 * scale && residual > 0.25 * last)) break;   // the latter: rounding is all that is left
   }
+  if (iterations > 0) report_(fmt::format("structure {}: gravity preload by multigrid, {} iterations", spec_.name, iterations));
   if (bars_) bars_->accept();
   moved();
   const bool balanced = !(residual > 1e-12 * scale);

@@ -1,5 +1,4 @@
-// Trilinos through its own interfaces: Epetra matrix, ML preconditioner, AztecOO conjugate gradients.
-#include <AztecOO.h>
+// Conjugate gradients over Trilinos' own interfaces: Epetra matrix, ML preconditioner.
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
 #include <Epetra_MpiComm.h>
@@ -9,8 +8,11 @@
 #include <ml_MultiLevelPreconditioner.h>
 #include <mpi.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdlib>
 
+#include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "fem/dealii/parts.hpp"
 
@@ -32,10 +34,12 @@ void start_mpi() {
 
 constexpr int largest_smoothed = 400000;   // degrees of freedom
 
+/// Aggregates that reach over soft springs from one body to the next would move both as one, at the cost of the cells' own stiffness: what such springs couple is left to the conjugate
+/// gradients, and the preconditioner sees each body on springs to the ground (decision 0126).
 class Multigrid : public LinearSolver {
  public:
-  Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction)
-      : n_(a.n), comm_(MPI_COMM_SELF), map_(a.n, 0, comm_), matrix_(full(std::move(a), map_)) {
+  Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body)
+      : n_(a.n), comm_(MPI_COMM_SELF), map_(a.n, 0, comm_), matrix_(bodies_of(std::move(a), body)) {
     motions_.assign(6 * static_cast<std::size_t>(n_), 0.0);
     Vec3 centre = Vec3::Zero();
     for (const Vec3& p : position) centre += p / n_;
@@ -67,37 +71,73 @@ class Multigrid : public LinearSolver {
   }
 
   int solve(const double* b, double* x, double tolerance) override {
-    Epetra_Vector rhs(View, map_, const_cast<double*>(b)), solution(map_);
-    Epetra_LinearProblem problem(matrix_.get(), &solution, &rhs);
-    AztecOO solver(problem);
-    solver.SetPrecOperator(preconditioner_.get());
-    solver.SetAztecOption(AZ_solver, AZ_cg);
-    solver.SetAztecOption(AZ_output, AZ_none);
-    solver.SetAztecOption(AZ_conv, AZ_rhs);
-    solver.Iterate(500, tolerance);
-    double norm = 0;
-    rhs.Norm2(&norm);
-    if (solver.TrueResidual() > 10 * tolerance * norm)
-      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations", solver.TrueResidual(), solver.NumIters()));
-    for (int i = 0; i < n_; ++i) x[i] = solution[i];
-    return solver.NumIters();
+    constexpr int most_iterations = 500;
+    const Eigen::Map<const VecX> rhs(b, n_);
+    Eigen::Map<VecX> solution(x, n_);
+    VecX r = rhs, z(n_), p(n_), q(n_);
+    const double enough = tolerance * rhs.norm();
+    double rz = 0;
+    int iteration = 0;
+    solution.setZero();
+    for (; r.norm() > enough && iteration < most_iterations; ++iteration) {
+      Epetra_Vector from = vector(r), to = vector(z);
+      preconditioner_->ApplyInverse(from, to);
+      const double last = rz;
+      rz = r.dot(z);
+      if (iteration == 0) p = z;
+      else p = z + (rz / last) * p;
+      multiply(p, q);
+      const double step = rz / p.dot(q);
+      solution += step * p;
+      r -= step * q;
+    }
+    multiply(solution, q);
+    if (const double left = (rhs - q).norm(); !(left <= 10 * enough))
+      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations", left, iteration));
+    return iteration;
   }
 
  private:
-  /// Both triangles by rows; the triangle given is freed.
-  static std::unique_ptr<Epetra_CrsMatrix> full(SymmetricMatrix&& given, const Epetra_Map& map) {
+  struct Entry { int row, column; double value; };
+
+  Epetra_Vector vector(const VecX& x) const { return {View, map_, const_cast<double*>(x.data())}; }
+  template <class V>
+  void multiply(const V& x, VecX& y) const {
+    Epetra_Vector from(View, map_, const_cast<double*>(x.data())), to(View, map_, y.data());
+    matrix_->Multiply(false, from, to);
+    for (const Entry& e : between_) y[e.row] += e.value * x[e.column], y[e.column] += e.value * x[e.row];
+  }
+  /// Both triangles by rows, without what couples bodies, which goes to between_; the triangle given is freed.
+  std::unique_ptr<Epetra_CrsMatrix> bodies_of(SymmetricMatrix&& given, const std::vector<int>& body) {
+    constexpr double firm = 0.3;   // of the geometric mean of both diagonal entries: bodies coupled more firmly count as one
     const SymmetricMatrix a = std::move(given);
+    DisjointSets sets(body.empty() ? 0 : 1 + *std::max_element(body.begin(), body.end()));
+    const auto within = [&](int row, int column) { return body.empty() || sets.root(body[static_cast<std::size_t>(row)]) == sets.root(body[static_cast<std::size_t>(column)]); };
+    const auto diagonal = [&](int c) { return a.value[a.column[c]]; };   // first in its column
+    for (int c = 0; c < a.n; ++c)
+      for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k)
+        if (!within(a.row[k], c) && std::abs(a.value[k]) > firm * std::sqrt(diagonal(c) * diagonal(a.row[k]))) sets.join(body[static_cast<std::size_t>(c)], body[static_cast<std::size_t>(a.row[k])]);
     std::vector<int> count(a.n, 0);
     for (int c = 0; c < a.n; ++c)
       for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k) {
+        if (!within(a.row[k], c)) {
+          if (a.value[k] != 0) between_.push_back({a.row[k], c, a.value[k]});
+          continue;
+        }
         ++count[c];
         if (a.row[k] != c) ++count[a.row[k]];
       }
-    auto matrix = std::make_unique<Epetra_CrsMatrix>(Copy, map, count.data(), true);
+    auto matrix = std::make_unique<Epetra_CrsMatrix>(Copy, map_, count.data(), true);
+    std::vector<int> row;
+    std::vector<double> value;
     for (int c = 0; c < a.n; ++c) {
-      matrix->InsertGlobalValues(c, static_cast<int>(a.column[c + 1] - a.column[c]), &a.value[a.column[c]], &a.row[a.column[c]]);
-      for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k)
+      row.clear(), value.clear();
+      for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k) {
+        if (!within(a.row[k], c)) continue;
+        row.push_back(a.row[k]), value.push_back(a.value[k]);
         if (a.row[k] != c) matrix->InsertGlobalValues(a.row[k], 1, &a.value[k], &c);
+      }
+      matrix->InsertGlobalValues(c, static_cast<int>(row.size()), value.data(), row.data());
     }
     matrix->FillComplete();
     return matrix;
@@ -106,6 +146,7 @@ class Multigrid : public LinearSolver {
   int n_;
   Epetra_MpiComm comm_;
   Epetra_Map map_;
+  std::vector<Entry> between_;       // of the lower triangle, what couples bodies
   std::unique_ptr<Epetra_CrsMatrix> matrix_;
   std::vector<double> motions_;  // ML keeps a pointer to it
   std::unique_ptr<ML_Epetra::MultiLevelPreconditioner> preconditioner_;
@@ -113,9 +154,9 @@ class Multigrid : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction) {
+std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body) {
   start_mpi();
-  return std::make_unique<Multigrid>(std::move(a), position, direction);
+  return std::make_unique<Multigrid>(std::move(a), position, direction, body);
 }
 
 }  // namespace talus::fem

@@ -5,7 +5,7 @@
 namespace talus::fem {
 
 void disc_by_dealii(int levels, DiscMesh& mesh);
-/// Trilinos: ML and conjugate gradients.
-std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
+/// Conjugate gradients preconditioned by Trilinos' ML.
+std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body);
 
 }  // namespace talus::fem
