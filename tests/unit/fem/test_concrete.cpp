@@ -77,9 +77,9 @@ double peak_stress(const StructureSpec& spec, double pressure, double last_strai
 
 TEST(StructureCdpm2, ConfinementRaisesThePeakAsTheSurfaceSays) {
   // Reference values of the surface with full hardening (Grassl 2013); hardening beyond it lifts a simulated peak, damage before it
-  // lowers it, as in the test of the law itself: 6 %.
+  // lowers it: by 0.2, 0.7 and 2.1 %.
   for (const auto& [pressure, expected] : {std::pair{0.0, 30e6}, {3e6, 45.6e6}, {10e6, 72.9e6}})
-    EXPECT_NEAR(peak_stress(cube("concrete-cdpm2"), pressure, pressure > 0 ? 0.025 : 0.006) / expected, 1, 0.06) << pressure;
+    EXPECT_NEAR(peak_stress(cube("concrete-cdpm2"), pressure, pressure > 0 ? 0.025 : 0.006) / expected, 1, pressure > 5e6 ? 0.03 : 0.01) << pressure;
   // The damage law softens all the same, and knows confinement only in what is crushed.
   EXPECT_LT(peak_stress(cube("concrete"), 10e6, 0.01), 60e6);
 }
