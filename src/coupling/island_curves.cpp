@@ -35,6 +35,17 @@ bool IslandStepper::conserving(const Touch& t, const contact::ProblemContact& c,
   return h * h * std::max(t.stiffness, t.normal_law.slope(-t.gap_ref)) * normal_compliance(c) < 1;
 }
 
+namespace {
+
+/// Of a point of a skin [1/kg].
+double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
+  double inverse = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) inverse += w.weight[i] * w.weight[i] / structure.node_mass(w.node[i]);
+  return inverse;
+}
+
+}  // namespace
+
 /// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would take the energy of, as long as they hold or meet with more than rattles [s].
 double IslandStepper::skin_spring_limit(double ahead) const {
   constexpr double resolved_phase = 0.7;
@@ -43,8 +54,7 @@ double IslandStepper::skin_spring_limit(double ahead) const {
     if (t.b >= 0 || t.stiffness == 0 || t.at.gap > 2 * ahead * std::max(0.0, -t.approach) + touch_gap()) continue;
     const Structure& a = *env_.structures[static_cast<std::size_t>(t.a.index)].structure;
     const SurfaceWeights w = skin_weights(t, skin(t.a.index), t.at.point_a);
-    double inverse = 1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node);
-    for (std::size_t i = 0; i < static_cast<std::size_t>(w.count); ++i) inverse += w.weight[i] * w.weight[i] / a.node_mass(w.node[i]);
+    const double inverse = 1 / env_.structures[static_cast<std::size_t>(t.b_structure)].structure->node_mass(t.b_node) + inverse_mass(a, w);
     if (!(inverse > 0)) continue;
     fastest_sq = std::max(fastest_sq, t.stiffness * inverse);
     brought += t.approach * t.approach / inverse + 2 * t.stored;
@@ -58,13 +68,15 @@ double IslandStepper::skin_spring_limit(double ahead) const {
 /// they would give in stopping where they approach, and what their force holds already, so that a piece that lies on the structure or moves
 /// along with it does not count. What a step loses goes with its square: blocks with a part of the largest energy take as many exchanges
 /// as the root of that part.
+/// On Hertz's law, which is never hard contact, the touched nodes are resolved, too.
 /// `ahead`: a step within which an open contact would have to close to count [s].
 double IslandStepper::rise_limit(double ahead) const {
   double limit = island_->surfaces.empty() ? std::numeric_limits<double>::infinity() : skin_spring_limit(ahead);
   if (bodies_.empty()) return limit;   // structures alone
+  constexpr double resolved_phase = 0.95;   // conserving() asks for 1
   constexpr double fewest = 2;   // a step that still resolves the contact's own oscillation
   struct AtSkin {
-    double stiffness = 0, hard = 0, approach = 0, stored = 0;   // hard: the part of hard contacts
+    double stiffness = 0, hard = 0, approach = 0, stored = 0, fastest_sq = 0;   // hard: the part of hard contacts; fastest: of a node on Hertz's spring [1/s^2]
     Vec3 force = Vec3::Zero();
   };
   std::vector<AtSkin> skin(bodies_.size());
@@ -85,6 +97,7 @@ double IslandStepper::rise_limit(double ahead) const {
     const double k = t.stiffness > 0 ? t.stiffness * cell / (t.stiffness + cell) : cell;
     s.stiffness += k;
     if (t.stiffness == 0) s.hard += k;
+    else if (t.normal_law.relief > 0) s.fastest_sq = std::max(s.fastest_sq, t.stiffness * inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a)));
     s.approach = std::max(s.approach, -t.approach);
     s.force += t.warm;
   }
@@ -102,6 +115,7 @@ double IslandStepper::rise_limit(double ahead) const {
     const double part = scale > 0 ? std::min(1.0, std::sqrt(energy / scale)) : 1.0;
     const double exchanges = std::max(std::min<double>(fewest, settings_.exchanges_per_rise), part * settings_.exchanges_per_rise);
     limit = std::min(limit, 0.5 * M_PI * std::sqrt(mass / s.stiffness) / exchanges);
+    if (s.fastest_sq > 0) limit = std::min(limit, resolved_phase / std::sqrt(s.fastest_sq + s.stiffness / mass));
   }
   return limit;
 }

@@ -36,6 +36,18 @@ double cell_compliance(const StructurePart& part, const contact::ContactPoint& a
   return (given_at_centre + (squares - 0.25) / 0.75 * (given_at_node - given_at_centre)) / (part.structure->young() * face_edge(s, at.face_a));
 }
 
+/// The indentation about x at which Hertz's law holds that energy of a half step, of which the step before left `sunk` [m].
+double depth_that_holds(const Touch& t, double x, double sunk, double energy) {
+  double low = 0.8 * x, high = 1.25 * x;
+  const auto held = [&](double d) { return 0.5 * (t.normal_law.stored(std::max(0.0, d - sunk)) + t.normal_law.stored(d)); };
+  if (!(x > 0) || held(low) > energy || held(high) < energy) return x;
+  for (int i = 0; i < 50; ++i) {
+    const double d = 0.5 * (low + high);
+    (held(d) > energy ? high : low) = d;
+  }
+  return low;
+}
+
 /// Mass that a contact of the pair stops: the two blocks in series, the one if its partner is held or a structure [kg].
 double mass_in_series(const dda::Model& m, const Touch& t) {
   const double mass = m.blocks[static_cast<std::size_t>(t.b)].mass;
@@ -69,6 +81,7 @@ void hold_on(Touch& t, const ContactMemory* last, bool grows) {
   if (last != nullptr && last->indentation > 0) {
     const bool point = t.at.area == 0 && t.law->kind == ContactLaw::Kind::linear;
     indentation = last->indentation * (point ? std::sqrt(last->stiffness / t.stiffness) : 1.0);
+    if (t.normal_law.relief > 0 && last->lasted > 0) indentation = depth_that_holds(t, indentation, -last->lasted * t.approach, last->normal_energy);
   } else if (!grows) {
     indentation = 0;
   }
@@ -183,10 +196,10 @@ void keep_stiffness(Touch& t, const ContactMemory& last) {
 
 void relieve(Touch& t, const StructurePart& part) {
   const double compliance = cell_compliance(part, t.at);
-  if (t.law->kind == ContactLaw::Kind::hertz) t.normal_law.relief = compliance;
-  if (t.law->kind != ContactLaw::Kind::linear) return;
+  const bool linear = t.law->kind == ContactLaw::Kind::linear, hertz = t.law->kind == ContactLaw::Kind::hertz;
+  if (!linear && !hertz) return;
   t.stiffness /= 1 - std::min(compliance * t.stiffness, 0.5);
-  t.normal_law.stiffness = t.stiffness;
+  (linear ? t.normal_law.stiffness : t.normal_law.relief) = linear ? t.stiffness : compliance;
 }
 
 }  // namespace talus::coupling

@@ -188,6 +188,21 @@ TEST(StructureEnergy, HertzAtANodeAsAtAFace) {
   for (const double beside : {0.0, 0.25, 0.5}) EXPECT_NEAR(hertz_peak(beside), 1, 0.02) << beside;
 }
 
+/// A sphere sinks into cells that give more than Hertz's law does and trembles from face to face: what they give changes with the place, not what the contact holds. At a node 35 % of the energy was lost, in a
+/// face's quarter 3.3 % made.
+TEST(StructureEnergy, HertzFromFaceToFace) {
+  for (const double beside : {0.0, 0.05}) {
+    SceneText s(Method::by_accuracy(1e-3), 7e-3, Vec3::Zero());
+    s.history(7e-5).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("ball", 2450 * M_PI, "young = 30e9\npoisson = 0.2").interface("*", "*", 0, "contact_law = { kind = \"hertz\", radius = 1.0 }");
+    const Vec3 at(beside, beside, 1 + 1e-6);
+    s.hull("ball", {at + Vec3::UnitX(), at - Vec3::UnitX(), at + Vec3::UnitY(), at - Vec3::UnitY(), at + Vec3::UnitZ(), at - Vec3::UnitZ()}, at, velocity(Vec3(0, 0, -20)), "ball");
+    const Outcome o = run_scene(s.raw(structure_box("base", Vec3(2, 2, 2), Vec3(0, 0, -1), {10, 10, 10}, "concrete", held_below)).str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    for (const sim::HistoryRow& r : o.rows) ASSERT_LT(std::abs(r.ledger.by_the_scheme()), 0.01 * o.rows.front().ledger.kinetic) << beside << ", " << r.time;
+    EXPECT_GT(o.rows.back().velocity[0].z(), 10);   // it did strike
+  }
+}
+
 /// A tetrahedron comes down at the edge of a beam and reaches past it while it sinks in. The face on top was left out in one step for a sliver of it below the side, which was itself left out, and a third of the
 /// energy was lost; pushed along its facets, of which one leans over, it made a fifth.
 TEST(StructureEnergy, CornerThatComesDownAtAnEdge) {
