@@ -44,7 +44,7 @@ MemberTrack::Verdict MemberTrack::verdict() const {
       if (r.holds) basis += (basis.empty() ? "" : ", ") + r.text;
     return !basis.empty();
   };
-  const std::string gone = fmt::format("{:.2g} % of its volume gone", 100 * share), leans = fmt::format("residual drift {:.2g} %", 100 * residual), wide = fmt::format("a crack of {:.2g} mm", crack);
+  const std::string gone = fmt::format("{:.3g} % of its volume gone", 100 * share), leans = fmt::format("residual drift {:.2g} %", 100 * residual), wide = fmt::format("a crack of {:.3g} mm", crack);
   const auto bars = [](int count, const char* what) { return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what); };
   int grade = 0;
   if (any_of({{top_came_off(), "its top has come off"}, {share > 0.1, gone}, {residual > 0.05, leans}})) grade = 4;

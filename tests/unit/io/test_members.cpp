@@ -124,6 +124,7 @@ TEST(MemberTrack, TellsWhatAClassRestsOn) {
   EXPECT_EQ(basis([](MemberState&, MemberPeaks&) {}), "no crack above 0.1 mm, no bar yields");
   EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.2, 0.8, 0.5e-3), s.bars_yielded = 1; }), "1 bar yielded, a crack of 0.5 mm, V_dyn above the design V_Rd");
   EXPECT_EQ(basis([](MemberState& s, MemberPeaks& p) { p = peaks(1.6, 1.1, 2e-3), s.bars_broken = 3, s.lost_volume = 5; }), "20 % of its volume gone");   // the highest class alone
+  EXPECT_EQ(basis([](MemberState& s, MemberPeaks&) { s.lost_volume = 25; }), "100 % of its volume gone");   // no powers of ten
 }
 
 /// How bad it is stands on top: the class and the shear of every member, the worst first.
