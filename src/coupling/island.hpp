@@ -229,6 +229,8 @@ class IslandStepper {
   double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;
   void collect_node_impulses();
+  bool pressed_on_lost_face(const ContactMemory& m) const;
+  double lost_with_faces(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) const;
   void remember_all(double h);
   void commit(double t_end, double h);
   void tell_impacts(double t_end);

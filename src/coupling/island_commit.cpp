@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/node_surface.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/touch_bed.hpp"
 
@@ -88,6 +89,32 @@ void IslandStepper::shrink_births(int block) {
   std::erase_if(list, [](const ContactMemory& m) { return m.feature == born_inside && !(m.indentation > 0); });
 }
 
+/// True if the face of a skin that a spring pressed on is no longer there: its cell eroded, or left with a piece.
+bool IslandStepper::pressed_on_lost_face(const ContactMemory& m) const {
+  constexpr double near = 0.25;   // of the edge of a face, which no step takes it
+  for (const int s : island_->structures) {
+    if (m.partner != Partner{Partner::Kind::structure, s}.id()) continue;
+    const contact::SurfaceIndex& skin = *env_.structures[static_cast<std::size_t>(s)].index;
+    contact::ContactPoint at;
+    return !contact::node_surface(skin, m.place, -m.normal, length_, at) || std::abs(at.gap) > near * face_edge(skin.surface(), at.face_a);
+  }
+  return false;
+}
+
+/// Energy of a block's springs that went with the faces that they pressed on; `rows`: those that it has now [J].
+double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) const {
+  double held = 0, lost = 0;
+  for (const ContactMemory& m : memory) held += m.normal_energy + m.shear_energy;
+  for (const Touch* t : rows) held -= t->stored;
+  if (!(held > 0)) return 0;
+  for (const ContactMemory& m : memory) {
+    const double energy = m.normal_energy + m.shear_energy;
+    const auto goes_on = [&](const Touch* t) { return t->a.id() == m.partner && (t->at.key == m.feature || t->goes_on_from == m.feature); };
+    if (energy > 0 && std::none_of(rows.begin(), rows.end(), goes_on) && pressed_on_lost_face(m)) lost += energy;
+  }
+  return lost;
+}
+
 /// The memory of every body and skin anew, from the rows of the step.
 void IslandStepper::remember_all(double h) {
   std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
@@ -110,18 +137,22 @@ void IslandStepper::remember_all(double h) {
   const auto sort = [](std::vector<ContactMemory>& memory) {
     std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) { return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature; });
   };
-  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss.
-  std::vector<double> held(bodies_.size());
+  // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for what a structure's cells took with them.
+  std::vector<double> held(bodies_.size()), torn(bodies_.size());
   each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - bodies_.data());
     std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
+    if (!island_->structures.empty()) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
     shrink_births(b.block);
     for (std::size_t k = first[i]; k < first[i + 1]; ++k) remember(*rows[k], h, memory);
     sort(memory);
   });
-  for (const double e : held) report_.ledger.algorithmic += e;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    report_.ledger.algorithmic += held[i] - torn[i];
+    report_.ledger.damping_work += torn[i];
+  }
   for (const SurfacePair& pair : island_->surfaces) report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.b < 0) remember(t, h, surface_history_[static_cast<std::size_t>(t.b_structure)]);

@@ -65,7 +65,7 @@ class Cdpm2 {
   /// The same in a given cell.
   Response respond(const Sym& strain, const Sym& rate, const CellFrame& cell, const State& old, State& next) const;
   /// Eight points of one element, one after the other; layouts as in ConcreteDamage::stress8, old and next: 8 states each.
-  /// Returns true if a point yielded or its damage grew.
+  /// dissipation: less what is returned. Returns true if a point yielded or its damage grew.
   bool stress8(const double* strain, StrainRates* rates, const CellFrame& cell, const State* old, State* next, double* stress, double* energy, double* dissipation) const;
 
   /// Yield function of an effective stress at given q_h1, q_h2 (dimensionless, negative inside).

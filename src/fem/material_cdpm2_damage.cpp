@@ -149,17 +149,19 @@ Response Cdpm2::respond(const Sym& strain, const Sym& rate, const CellFrame& cel
   }
   std::copy(strain.begin(), strain.end(), s.strain);
 
-  // What forces do between the ends of the step is the mean of both stresses; what of it is not stored is lost, if anything flowed or cracked: the split
-  // stress returns other work than it took where nothing does.
+  // What forces do between the ends of the step is the mean of both stresses; what of it is not stored is lost, if anything flowed or cracked. The stress of cracked
+  // concrete, parted by signs, has no potential: it may return other work than it took.
   const Sym elastic_before = elastic_strain(old.strain, old), stress_before = hooke(lambda_, mu_, elastic_before);
   const bool damaged = old.w_t > 0 || old.w_c > 0;
   const Nominal here = nominal(effective, values, elastic_strain(strain.data(), s), s);
   const Nominal there = nominal(stress_before, damaged ? values_of(stress_before) : Principal<double>{}, elastic_before, old);
-  Response out{here.stress, here.energy, 0};
+  Response out{here.stress, here.energy};
   double work = 0;
   for (std::size_t i = 0; i < 6; ++i) work += 0.5 * (here.stress[i] + there.stress[i]) * (strain[i] - old.strain[i]);
   const bool changed = s.w_t > old.w_t || s.w_c > old.w_c || !std::equal(s.plastic, s.plastic + 6, old.plastic);
-  if (changed) out.dissipation = std::max(0.0, work - (here.energy - there.energy));
+  const double taken = work - (here.energy - there.energy);
+  if (changed) out.dissipation = std::max(0.0, taken);
+  if (changed || damaged) out.returned = out.dissipation - taken;
   next = s;
   return out;
 }
@@ -195,7 +197,7 @@ bool Cdpm2::stress8(const double* strain, StrainRates* rates, const CellFrame& c
     grew = grew || next[i].kappa > kappa || next[i].w_t > w_t || next[i].w_c > w_c;
     for (int k = 0; k < 6; ++k) stress[8 * k + i] = r.stress[k];
     if (energy) energy[i] = r.energy;
-    if (dissipation) dissipation[i] = r.dissipation;
+    if (dissipation) dissipation[i] = r.dissipation - r.returned;
   }
   return grew;
 }

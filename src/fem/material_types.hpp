@@ -8,6 +8,8 @@
 /// stress       xx yy zz yz zx xy, tension positive                          Pa       6
 /// energy       stored (recoverable) energy density, 1/2 sigma : eps_el      J/m^3    1
 /// dissipation  dissipated during this call, never negative                  J/m^3    1
+/// returned     what a stress without a potential gave back beyond that:     J/m^3    1
+///              work = energy gained + dissipation - returned
 ///
 /// The old state is never changed: a rejected step leaves no trace. `next` may alias `old`.
 /// Laws are plain values without virtual functions, so that an element loop written for one of them is inlined.
@@ -23,6 +25,7 @@ struct Response {
   Sym stress{};
   double energy = 0;
   double dissipation = 0;
+  double returned = 0;
 };
 
 /// The strain rates at the eight points of a cell, for a law that asks for them: one that needs them only where damage starts does not pay for them elsewhere.
