@@ -108,7 +108,7 @@ double FemStructure::dissipation() const {
 bool FemStructure::at_ease(double h) const {
   const double share = laws_share_ * h * lowest_frequency() / (2 * M_PI), stored = std::abs(stored_part_);
   const double allowed = std::max(1e-9 * stored, share * (stored + 0.01 * (books_.damage_work + books_.plastic_work)));
-  return dissipation() <= allowed && !(damage_ && spec_.erosion && !spent_cells().empty());
+  return dissipation() <= allowed && !(damage_ && !spent_cells().empty());
 }
 
 bool FemStructure::loads_hold(double from, double to) const {

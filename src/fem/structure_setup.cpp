@@ -380,7 +380,7 @@ void FemStructure::preload() {
   };
   const bool affordable = n <= largest_factored_system;   // each pass is a solution
   const StaticBalance cracked = balanced && affordable ? find_balance(n, left, solve, move) : StaticBalance{};
-  if (cracked.found && !(spec_.erosion && !spent_cells().empty())) {
+  if (cracked.found && spent_cells().empty()) {
     report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it stands with what has cracked ({} passes)", spec_.name, damage_->cells().size(), cracked.passes));
     accept_laws();
     books_ = StructureEnergy{};   // that was before the run

@@ -202,7 +202,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   double cracking = damage_ ? damage_->dissipation() : 0.0;
   if (laws_taken_) plastic = cracking = 0;   // a condensed step that was begun and dropped has booked them
   double stored = stored_part_;
-  const std::vector<int> eroding = damage_ && spec_.erosion ? spent_cells() : std::vector<int>{};
+  const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
   double broken = bars_ ? bars_->broken() : 0.0;
   std::array<double*, 14> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &own, &plastic, &cracking, &stored, &spent, &broken};
