@@ -344,6 +344,7 @@ class IslandStepper {
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
   double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]
+  bool sheds_ = false, shed_ = false;     // a skin lost faces at the end of this step, of the one before it in this stretch
   int impacts_ = 0;
   bool crowded_ = false;                  // events took more work than they are worth: for the rest of the stretch the island goes as a large one
   double work_ = 0;                       // of the contact problems of the stretch: contacts times factorisations

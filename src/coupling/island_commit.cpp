@@ -142,7 +142,7 @@ void IslandStepper::remember_all(double h) {
   each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - bodies_.data());
     std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
-    if (!island_->structures.empty()) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
+    if (shed_) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
     shrink_births(b.block);

@@ -38,6 +38,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   double done = 0;
   stretch_start_ = t, stretch_ = duration;
   last_length_ = 0;
+  sheds_ = shed_ = false;
   int grazes = 0, impacts_when_cut = -1;   // the latter: negative if the last step was not cut short
   double longest = std::numeric_limits<double>::infinity();   // of the next step, where the last try found no solution [s]
   condensed_ = with_structure && may_condense(t, duration);
@@ -174,6 +175,7 @@ double IslandStepper::structure_step(double duration, double longest) {
 
 /// The leapfrog's own correction (the condensed one has had its), and where the skins are then.
 void IslandStepper::correct_structures(double t, double h) {
+  shed_ = std::exchange(sheds_, false);
   for (int s : island_->structures) {
     StructurePart& part = env_.structures[static_cast<std::size_t>(s)];
     if (!condensed_) {
@@ -182,6 +184,7 @@ void IslandStepper::correct_structures(double t, double h) {
         if (n.structure == s) shares_.push_back({n.node, n.impulse});
       part.structure->correct(t, h, shares_);
     }
+    sheds_ = sheds_ || part.structure->surface().revision != part.index->surface().revision;
     part.index->refit(part.structure->surface());
     ++(condensed_ ? report_.counters.condensed_steps : report_.counters.structure_steps);
   }

@@ -23,6 +23,7 @@
 
 #include "core/error.hpp"
 #include "fem/structure_fem.hpp"
+#include "fem/structure_linear.hpp"
 
 namespace talus::fem {
 
@@ -122,6 +123,8 @@ bool FemStructure::loads_hold(double from, double to) const {
 double FemStructure::condensed_step(double t, double accuracy) { return condensed_step(t, accuracy, accuracy); }
 
 double FemStructure::condensed_step(double t, double accuracy, double laws_share) {
+  // Where neither weight nor damping asked for a factor, none is made before explicit steps have cost as much: a short run needs none.
+  if (!factored_ && !condensed_by_choice() && steps_taken_ < steps_worth_a_factor) return 0;
   if (!condensable()) return 0;
   // A period is off by (omega h)^2 / 12.
   double longest = std::sqrt(12 * accuracy) / lowest_frequency();

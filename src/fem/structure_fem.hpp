@@ -269,7 +269,8 @@ class FemStructure : public Structure {
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
   std::unique_ptr<Condensed, CondensedDeleter> condensed_;
   mutable double lowest_frequency_ = 0;   // 0: not asked for yet
-  double lone_steps_ = 0;            // explicit steps that advance_alone took
+  double steps_taken_ = 0;           // explicit ones
+  bool factored_ = false;            // from the start, for its weight or its damping
   int modes_ = 24;                   // asked for; more where the energy needs them
   double modal_try_ = 100;           // lone steps after which modal motion is tried next
 

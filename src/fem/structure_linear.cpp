@@ -113,7 +113,7 @@ std::string FemStructure::advance_alone(double t, double duration) {
   }
   // Not before explicit steps alone have cost what the modes would: at most twice what would have been least then, however long it rings on. What is not linear tries condensed steps.
   const double explicit_count = std::ceil(duration / critical_step_);
-  const bool waited = linear ? lone_steps_ >= std::max(modal_try_, steps_worth(modes_)) : reference_kinetic_ == 0 || lone_steps_ >= modal_try_;
+  const bool waited = linear ? steps_taken_ >= std::max(modal_try_, steps_worth(modes_)) : reference_kinetic_ == 0 || steps_taken_ >= modal_try_;
   const bool worth = how == "auto" && explicit_count >= 8 && waited;
   if (linear && (how == "modal" || worth)) {
     if (enter_modal(t, how == "modal")) {
@@ -121,10 +121,9 @@ std::string FemStructure::advance_alone(double t, double duration) {
       return "modal";
     }
     more_modes();
-    modal_try_ = std::max(2 * lone_steps_, steps_worth(modes_));
+    modal_try_ = std::max(2 * steps_taken_, steps_worth(modes_));
   }
   if ((how == "implicit" || (!linear && (how == "modal" || worth))) && ring_on(t, duration)) return "condensed";
-  if (how == "auto") lone_steps_ += explicit_count;
   explicit_steps(t, duration);
   return "explicit";
 }

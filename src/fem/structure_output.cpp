@@ -220,7 +220,7 @@ std::string FemStructure::plan() const {
 void FemStructure::save(std::vector<double>& state) const {
   share_motion();
   share_bars();
-  state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, lone_steps_,
+  state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, steps_taken_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work, books_.algorithmic, books_.step_dependence});
   const std::size_t motion = state.size();
@@ -258,7 +258,7 @@ void FemStructure::restore(std::span<const double> state) {
   time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
   still_ = next() != 0;
   blow_time_ = next();
-  lone_steps_ = next();
+  steps_taken_ = next();
   books_ = {};
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
                     &books_.external_work, &books_.contact_work, &books_.algorithmic, &books_.step_dependence})

@@ -120,6 +120,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
+  factored_ = factor_ != nullptr;
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
   divide();

@@ -148,6 +148,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
   struck_.clear();
   contact_step_ = h;
+  ++steps_taken_;
   for (const NodeImpulse& p : impulses) {
     struck_.push_back(p.node);
     for (int c = 0; c < 3; ++c) {
