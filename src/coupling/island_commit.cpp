@@ -9,6 +9,9 @@
 namespace talus::coupling {
 namespace {
 constexpr double shortest_told = 0.1;   // mean force of an impulse of no duration: of a stretch, or of the fixed step
+
+/// Most that a step leads a spring at rest further in [m]: let go, it swings on that with 0.3 of the speed that counts as none, whatever its stiffness.
+double led_in_quietly(const Touch& t) { return t.rate_sq > 0 ? 0.3 * t.quiet_speed / std::sqrt(t.rate_sq) : 0.0; }
 }
 
 void IslandStepper::collect_node_impulses() {
@@ -64,7 +67,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
     const bool own = deformable_structure(t);
-    const double led_out = std::clamp(t.offset, -lead_out(h), own || t.energetic ? 0.0 : lead_out(h));
+    const double led_out = std::clamp(t.offset, -lead_out(h), own || t.energetic ? 0.0 : std::min(lead_out(h), led_in_quietly(t)));
     memory.indentation = std::max(0.0, t.indentation + (t.indentation > 0 ? led_out : 0.0));
     memory.offset = t.offset - led_out;
     memory.stiffness = own ? t.stiffness : t.normal_law.stiffness;
