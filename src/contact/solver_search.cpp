@@ -123,6 +123,45 @@ bool Search::shifted(int rounds, int budget) {
   return done;
 }
 
+bool Search::solved_from_best() {
+  p = best_p;
+  system.velocities(p, v);
+  best = INFINITY;
+  polished_ = INFINITY;
+  polished_for_ = 0;
+  consider(p, v, system.residual(v, p));
+  if (best <= sufficient_ || newton(1e-4, 20) || polish()) return true;
+  p = best_p;
+  if (interior(0.5 * best)) return true;
+  p = best_p;
+  return newton(1e-4, 20) || polish();
+}
+
+bool Search::raised(double step) {
+  constexpr double moderate = 1;
+  constexpr int most_factorisations = 600;   // until it goes straight to its own
+  const double own = std::ranges::max_element(system.touch, {}, [](const Touch& t) { return t.law.mu; })->law.mu;
+  if (own <= moderate) return false;
+  const std::vector<Touch> touches = system.touch;
+  const auto hold_at = [&](double friction) {
+    for (std::size_t i = 0; i < touches.size(); ++i) system.touch[i].law.mu = std::min(touches[i].law.mu, friction);
+  };
+  const std::vector<Vec3> before_p = best_p;
+  const std::vector<double> before_v = best_v;
+  const double before = best;
+  const int last = report_->newton + most_factorisations;
+  for (double friction = moderate; friction < own && report_->newton < last; friction *= step) {
+    hold_at(friction);
+    solved_from_best();
+  }
+  hold_at(own);
+  if (solved_from_best()) return true;
+  best = before;
+  best_p = before_p;
+  best_v = before_v;
+  return false;
+}
+
 void Search::begin(const SolveSettings& settings, SolveReport& report) {
   settings_ = &settings;
   report_ = &report;
@@ -196,6 +235,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   if (given_up()) return false;
   // Many sweeps find regions that a path misses; costly, so only now and then of use.
   report.tier = 'C';
+  if (system.contacts() <= 60 && (raised(1.2) || raised(1.1))) return true;
   if (polish(200)) return true;
   for (int round = 0; round < (small ? 2 : 1); ++round) {
     p = best_p;

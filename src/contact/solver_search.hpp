@@ -35,6 +35,10 @@ class Search {
   /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton method is tried from every
   /// convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
+  /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none is found the walk goes on from the best
+  /// there: solutions end at some frictions in between, and others begin. False: the best is what it was.
+  bool raised(double step);
+  bool solved_from_best();   // a problem whose laws have changed
   double swept(int count);
   double visited(int count);   // residual after sweeps from p
   bool swept_while_it_pays();

@@ -35,31 +35,39 @@ double complementarity_defect(const ContactProblem& q) {
   return worst;
 }
 
+constexpr double frictions[] = {0, 0.1, 0.3, 0.53, 1, 2, 10};
+
+int kind_of(unsigned seed) { return static_cast<int>(seed / 7) % 4; }
+
+/// One to eight cubes in motion: hard, compliant, cohesive, or with restitution and any frictions.
+Builder small_island(unsigned seed) {
+  std::mt19937 random(seed);
+  const int nx = 1 + random() % 2, ny = 1 + random() % 2, nz = 1 + random() % 2;
+  Builder b = pile(nx, ny, nz, frictions[seed % 7], 0.005, 0.3, seed);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const int kind = kind_of(seed);
+  for (auto& c : b.problem.contacts) {
+    if (kind == 1) c.compliance = 1e-4 * Vec3(unit(random), 1, 1) * unit(random);
+    if (kind == 2) {
+      c.cohesion = 20 * unit(random);
+      c.tension = 10 * unit(random);
+    }
+    if (kind == 3) {
+      c.friction = frictions[random() % 7];
+      c.bias.x() = 0.05 * (unit(random) - 0.2);
+    }
+  }
+  return b;
+}
+
 TEST(ContactSolverRandom, SmallIslandsOfEveryKind) {
   int worst_newton = 0, fallback = 0;
-  const double frictions[] = {0, 0.1, 0.3, 0.53, 1, 2, 10};
   for (unsigned seed = 0; seed < 300; ++seed) {
-    std::mt19937 random(seed);
-    const double mu = frictions[seed % 7];
-    const int nx = 1 + random() % 2, ny = 1 + random() % 2, nz = 1 + random() % 2;
-    Builder b = pile(nx, ny, nz, mu, 0.005, 0.3, seed);
-    std::uniform_real_distribution<double> unit(0, 1);
-    const int kind = (seed / 7) % 4;
-    for (auto& c : b.problem.contacts) {
-      if (kind == 1) c.compliance = 1e-4 * Vec3(unit(random), 1, 1) * unit(random);
-      if (kind == 2) {
-        c.cohesion = 20 * unit(random);
-        c.tension = 10 * unit(random);
-      }
-      if (kind == 3) {
-        c.friction = frictions[random() % 7];
-        c.bias.x() = 0.05 * (unit(random) - 0.2);
-      }
-    }
+    Builder b = small_island(seed);
     const SolveReport report = solve(b.problem, 1e-10);
-    EXPECT_TRUE(report.converged) << "seed " << seed << " mu " << mu << " kind " << kind << " residual " << report.residual;
+    EXPECT_TRUE(report.converged) << "seed " << seed << " mu " << frictions[seed % 7] << " kind " << kind_of(seed) << " residual " << report.residual;
     EXPECT_LE(coulomb_residual(b.problem, true), 2e-10);
-    if (report.converged && kind == 0) {
+    if (report.converged && kind_of(seed) == 0) {
       EXPECT_LE(complementarity_defect(b.problem), 1e-7) << seed;
     }
     worst_newton = std::max(worst_newton, report.newton);
@@ -68,6 +76,16 @@ TEST(ContactSolverRandom, SmallIslandsOfEveryKind) {
   RecordProperty("worst_newton", worst_newton);
   RecordProperty("fallback", fallback);
   EXPECT_LE(fallback, 9);
+}
+
+TEST(ContactSolverRandom, FrictionOfTenIsReachedFromLess) {
+  // Eight cubes jammed by friction 10; no method reaches a solution at that friction at once.
+  for (const unsigned seed : {9680u, 10635u, 11570u, 12032u, 12312u, 12718u, 12914u, 13264u, 13642u}) {
+    Builder b = small_island(seed);
+    const SolveReport report = solve(b.problem, 1e-10);
+    EXPECT_TRUE(report.converged) << "seed " << seed << " residual " << report.residual;
+    EXPECT_LE(coulomb_residual(b.problem, true), 2e-10) << "seed " << seed;
+  }
 }
 
 TEST(ContactSolverRandom, PilesConverge) {
