@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 namespace talus::contact {
 
 Bed::Above Bed::Spring::above(double shift) const {
-  const double a = depth[0] + shift, b = depth[1] + shift, c = depth[2] + shift;
+  const double a = start[0] + shift, b = start[1] + shift, c = start[2] + shift;
   const double mean = (a + b + c) / 3, square = (a * a + b * b + c * c + a * b + b * c + c * a) / 6;
   if (a >= 0) return {1, mean, square};
   if (c <= 0) return {};
@@ -20,12 +19,11 @@ Bed::Above Bed::Spring::above(double shift) const {
 }
 
 Bed::Above Bed::Spring::compressed(double shift, double limit) const {
-  const double cut = std::min(most, limit - shift);   // min(d, cut) + shift
-  if (!(cut + shift > 0)) return {};
+  if (full) return above(std::min(shift, 0.0));
   const Above all = above(shift);
-  if (cut >= depth[2]) return all;
-  const Above beyond = above(-cut);
-  return {all.part, all.first - beyond.first, all.second - beyond.second - 2 * (cut + shift) * beyond.first};
+  if (start[2] + shift <= limit) return all;
+  const Above beyond = above(shift - limit);
+  return {all.part, all.first - beyond.first, all.second - beyond.second - 2 * limit * beyond.first};
 }
 
 Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, double stiffness, double limit, double deepest, double crushed, bool rested)
@@ -33,8 +31,8 @@ Bed::Bed(const std::vector<Column>& columns, const Vec3& normal, double start, d
   springs_.reserve(columns.size());
   double all = 0, gains = 0;
   for (const Column& c : columns) {
-    Spring& s = springs_.emplace_back(Spring{stiffness * c.area, c.lift.dot(normal), c.depth, std::min({c.most, deepest - crushed, limit})});
-    std::sort(s.depth.begin(), s.depth.end());
+    Spring& s = springs_.emplace_back(Spring{stiffness * c.area, c.lift.dot(normal), c.spring, c.full(limit)});
+    std::sort(s.start.begin(), s.start.end());
     all += c.area;
     gains += c.area * s.gain;
   }
@@ -50,20 +48,24 @@ double Bed::force(double x) const {
 double Bed::slope(double x) const {
   double k = 0;
   for (const Spring& s : springs_) {
-    const double by = shift(s, x), greatest = s.most + by;
-    if (!(greatest >= 0)) continue;
-    const double yielding = greatest >= limit_ ? s.above(by - limit_).part : 0;
+    const double by = shift(s, x);
+    if (s.full && by >= 0) continue;
+    const double yielding = s.full || !(s.start[2] + by > limit_) ? 0 : s.above(by - limit_).part;
     k += s.stiffness * s.gain * s.gain * (s.above(by).part - yielding);
   }
   return k;
+}
+
+double Bed::crushing(const Spring& s, double shift) const {
+  if (std::isinf(limit_)) return 0;
+  return s.stiffness * (s.full ? s.above(0).first * shift : limit_ * s.above(shift - limit_).first);
 }
 
 double Bed::work(double x) const {
   double w = 0;
   for (const Spring& s : springs_) {
     const double by = shift(s, x);
-    w += held(s, by);
-    if (std::isfinite(limit_)) w += s.stiffness * limit_ * s.compressed(by - limit_, std::numeric_limits<double>::infinity()).first;
+    w += held(s, by) + (by > 0 || !s.full ? crushing(s, by) : 0.0);
   }
   return w;
 }
@@ -78,14 +80,14 @@ double Bed::way_from(double x) const { return rested_ ? std::min(x, start_) : x;
 
 double Bed::before(double x) const {
   double w = crushing_before(x);
-  for (const Spring& s : springs_) w += yields(s) && shift(s, x) < 0 ? 0.5 * s.stiffness * limit_ * limit_ : held(s, shift(s, x));
+  for (const Spring& s : springs_) w += held(s, s.full ? 0.0 : shift(s, x));
   return w;
 }
 
 double Bed::crushing_before(double x) const {
   double w = 0;
   for (const Spring& s : springs_)
-    if (yields(s) && shift(s, x) < 0) w += s.stiffness * limit_ * shift(s, x);
+    if (s.full && shift(s, x) < 0) w += crushing(s, shift(s, x));
   return w;
 }
 

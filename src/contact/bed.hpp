@@ -2,11 +2,11 @@
 ///
 /// Where a block has sunk below a face of the skin, every point of that face carries the block's lower surface at the depth d below it:
 ///
-///   s = min(d, x - y)                  compression of the column; x: greatest depth around it, y: crushed for good there [m]
+///   s = d - max(0, y)                  compression of the column; y: crushed for good there [m]
 ///   F = sum_c A_c k clamp(s, 0, L) g_c A_c: area across the normal, k: stiffness per area, L = p/k, p: crushing pressure [N]
 ///
 /// so that an elastic bed gives k times the volume sunk in, and a crushing one p times the area across the normal, whatever the shape. Columns come as triangles, over
-/// which d is linear: the sums are integrals, exact also where a triangle comes out of contact, or yields, on the way. Over a step all
+/// which d and s are linear: the sums are integrals, exact also where a triangle comes out of contact, or yields, on the way. Over a step all
 /// columns of a part move by the same way along the normal, that of the centre of pressure: the work of the row is that of the columns.
 ///
 /// Within one plane of the skin the part moves along the skin's normal and g = 1: what the block's facets push aside cancels over the whole of them. Across an
@@ -26,15 +26,19 @@
 
 namespace talus::contact {
 
+constexpr double full_at = 1 - 1e-3;   // of L: what the skin gives way meanwhile left apart
+
 /// The columns of a triangle: a piece of a skin's face with one facet of the block below (or, depth < 0, above) it, so that the depth is linear over it.
 struct Column {
   double area = 0;                    // across the normal [m^2]
   std::array<double, 3> depth{};      // at its corners [m]
+  std::array<double, 3> spring{};     // s at its corners, below 0 where it carries nothing [m]
   std::array<Vec3, 3> place{Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};   // of the corners on the face [m]
   Vec3 lift = Vec3::Zero();           // its push over the push along the face's normal: along the block's facet, or as the energy of an elastic bed asks for [1]
-  int cell = 0;                       // of the face's grid, where a bed crushes
-  double most = std::numeric_limits<double>::infinity();   // that it may be compressed, x - y of its cell [m]
+  int cell = 0, facet = 0;            // of the face's grid, where a bed crushes, and of the block
   double mean() const { return (depth[0] + depth[1] + depth[2]) / 3; }
+  /// It yields as soon as it goes on.
+  bool full(double limit) const { return std::min({spring[0], spring[1], spring[2]}) >= limit * full_at; }
 };
 
 /// Spring law of the columns of one part of a face over its own greatest depth x.
@@ -55,17 +59,17 @@ class Bed {
  private:
   /// Means over a triangle of max(0, z) and its square, and the part of it where z > 0, of a linear z.
   struct Above { double part = 0, first = 0, second = 0; };
-  /// The columns of a triangle: compressed by min(d, most) at the start, by g m more for each metre that x grows.
+  /// The columns of a triangle: compressed by s at the start, by g m more for each metre that x grows. Full ones hold what they have: some of those that were crushed together have more than L, as others have less.
   struct Spring {
     double stiffness, gain;            // k A, g
-    std::array<double, 3> depth;       // rising
-    double most;
-    Above above(double shift) const;                     // of d + shift
-    Above compressed(double shift, double limit) const;  // of min(min(d, most) + shift, limit)
+    std::array<double, 3> start;       // rising
+    bool full;
+    Above above(double shift) const;                     // of s + shift
+    Above compressed(double shift, double limit) const;  // of min(s + shift, limit), of full ones s + min(shift, 0)
   };
   double shift(const Spring& s, double x) const { return s.gain * (x - start_); }
   double held(const Spring& s, double shift) const { return 0.5 * s.stiffness * s.compressed(shift, limit_).second; }
-  bool yields(const Spring& s) const { return std::min(s.depth[0], s.most) >= limit_ * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
+  double crushing(const Spring& s, double shift) const;   // on the way there, below 0 on the way that led to s if it is full [J]
   std::vector<Spring> springs_;
   double start_, limit_, beyond_, crushed_, gain_ = 1;   // beyond: of the face's greatest depth; gain: the columns' mean
   bool rested_;

@@ -68,7 +68,7 @@ double side_of(const Vec3& a, const Vec3& b, const Vec3& x) { return (b.x() - a.
 /// A plane piece of the block's lower surface over one face.
 struct Piece {
   std::size_t face;
-  int cell;
+  int cell, facet;
   Polygon polygon;
   Vec3 lift;
   bool sunk;
@@ -151,9 +151,10 @@ class BedFinder {
       const Vec3 least = a.cwiseMin(b).cwiseMin(c), most = a.cwiseMax(b).cwiseMax(c);
       if (least.x() > high[0] || most.x() < low[0] || least.y() > high[1] || most.y() < low[1] || most.z() < -reach_) continue;
       if (!block_.convex && least.z() > 0.5 * block_.inradius) continue;   // another part of a block that reaches round the structure
-      const Vec3& facet = normal_[static_cast<std::size_t>(block_.triangle_face[k])];
+      facet_ = block_.triangle_face[k];
+      const Vec3& facet = normal_[static_cast<std::size_t>(facet_)];
       lift_ = facet / facet.dot(face.normal);
-      if (std::isinf(yield_)) past_ = reach_past(face, static_cast<std::size_t>(block_.triangle_face[k]));
+      if (std::isinf(yield_)) past_ = reach_past(face, static_cast<std::size_t>(facet_));
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
@@ -216,7 +217,7 @@ class BedFinder {
     part_ = polygon_;
     keep(part_, next_, [&](const Vec3& x) { return x.z() - from; });
     if (std::isfinite(to)) keep(part_, next_, [&](const Vec3& x) { return to - x.z(); });
-    if (part_.size() >= 3) pieces_.push_back({face, cell, part_, lift_, from >= 0, past_});
+    if (part_.size() >= 3) pieces_.push_back({face, cell, facet_, part_, lift_, from >= 0, past_});
   }
 
   void measure() {
@@ -374,17 +375,16 @@ class BedFinder {
       if (!(area > 1e-14 * block_.radius * block_.radius)) continue;
       if (part == out.rend()) {
         Footprint& fresh = out.emplace_back();
-        fresh.triangle = face.first, fresh.sector = sector, fresh.normal = face.normal, fresh.edge = edge_;
+        fresh.triangle = face.first, fresh.sector = sector, fresh.edge = edge_;
+        fresh.normal = face.normal, fresh.centre = face.centre, fresh.u = face.u, fresh.v = face.v;
         part = out.rbegin();
-        part->deepest_in.fill(part->deepest);
       }
       if (pushes && !std::exchange(pushed, true)) part->push += border_push(face, polygon, piece.past);
-      double& deepest = part->deepest_in[static_cast<std::size_t>(piece.cell)];
-      deepest = std::max({deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
-      part->deepest = std::max(part->deepest, deepest);
+      part->deepest = std::max({part->deepest, polygon[0].z(), polygon[i].z(), polygon[i + 1].z()});
       const Vec3 &a = polygon[0], &b = polygon[i], &c = polygon[i + 1];
       if (piece.sunk) part->volume += area * (a.z() + b.z() + c.z()) / 3;
-      part->columns.push_back({area, {a.z(), b.z(), c.z()}, {face.place(a), face.place(b), face.place(c)}, piece.lift, piece.cell});
+      const std::array<double, 3> depth{a.z(), b.z(), c.z()};
+      part->columns.push_back({area, depth, depth, {face.place(a), face.place(b), face.place(c)}, piece.lift, piece.cell, piece.facet});
     }
   }
 
@@ -400,6 +400,7 @@ class BedFinder {
   std::vector<Sunk> sunk_;               // of the faces with pieces, in their order
   Polygon polygon_, part_, next_, whole_, strip_;
   Vec3 lift_;
+  int facet_ = 0;
   std::array<double, 4> past_{};
 };
 

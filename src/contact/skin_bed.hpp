@@ -2,10 +2,8 @@
 /// normal, clipped by the face. Areas across the normal, depths and their first and second moments are exact for plane facets.
 ///
 /// A face's share is cut in up to four parts by two lines through the middle of all that has sunk in along nearly the same normal (within 25 degrees), so
-/// that a block smaller than a face rests on four places, too. Where a bed crushes, faces are cut into cells as well: each remembers how deep it was crushed, so that
-/// what a turning block leaves on one side does not press while it goes on sinking on the other.
+/// that a block smaller than a face rests on four places, too. Where a bed crushes, faces are cut into cells as well: each remembers how deep it was crushed.
 #pragma once
-#include <array>
 #include <limits>
 
 #include "contact/bed.hpp"
@@ -19,10 +17,11 @@ struct Footprint {
   int triangle = 0;  // of the skin's face, the first of its four
   int sector = 0;    // 0 to 3, by the signs across the two lines
   Vec3 normal = Vec3::UnitZ();   // of the quadrilateral, outward
+  Vec3 centre = Vec3::Zero(), u = Vec3::UnitX(), v = Vec3::UnitY();   // its middle and axes
   bool edge = false;   // the block lies in faces of another direction, too: the force acts as the columns' energy asks for, across the normal as well
   double deepest = -std::numeric_limits<double>::infinity();   // of the whole part [m]
-  std::array<double, crater_cells * crater_cells> deepest_in{};   // of each cell of the face within the part, minus infinity: none [m]
   double volume = 0;             // sunk in [m^3]
+  double crushed = 0;            // since the bed was looked at before (coupling/craters.hpp) [m^3]
   Vec3 push = Vec3::Zero();      // 1/2 d^2 along the borders of the face, outward: what columns past them give a block that moves there [m^3]
   std::vector<Column> columns;
 };

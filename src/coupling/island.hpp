@@ -226,6 +226,7 @@ class IslandStepper {
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);
+  double crushed_ahead(const Touch& touch) const;
   double internal_energy(int block) const;
   double freed_shear(const Touch& touch) const;
   void collect_node_impulses();

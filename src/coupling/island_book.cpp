@@ -51,10 +51,10 @@ struct ContactLoss {
   }
 };
 
-/// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last step. A bed takes what yields now to have yielded on the whole way of the last
+/// What crushes between the half steps before and after [J]; `before`: indentation at the start of the last step. What yields now is taken to have yielded on the whole way of the last
 /// step. Where it began to yield on that way only the rest of it went into crushing: what the last half step holds tells how much was stored.
 double crushed_by_half(const Touch& t, double before) {
-  if (t.law->kind != ContactLaw::Kind::crushing && t.normal_law.bed == nullptr) return 0;
+  if (t.law->kind != ContactLaw::Kind::crushing) return 0;
   const double stored_before = 2 * (t.stored - t.sheared) - t.normal_law.stored(-t.at.gap);
   const double last = std::clamp(stored_before - t.normal_law.before(before), 0.0, -t.normal_law.crushing_before(before));
   return 0.5 * (t.normal_law.crushing(t.indentation) + last);
@@ -168,7 +168,9 @@ double IslandStepper::Booking::stretched(const Touch& t) const {
 void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const Vec3 mean = s.blocks + s.structure;
   shear(t, c, s);
-  const double crushed = t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach) : t.normal_law.crushing(t.indentation);
+  const double crushed = booked_by_craters(t)            ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
+                         : t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach)
+                                                         : t.normal_law.crushing(t.indentation);
   pending.damping_work += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
   const double freed = of.freed_shear(t);
@@ -261,6 +263,11 @@ double IslandStepper::freed_shear(const Touch& t) const {
   const auto last = std::lower_bound(memory.begin(), memory.end(), std::pair(t.a.id(), t.at.key), [](const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return std::pair(m.partner, m.feature) < key; });
   if (last == memory.end() || last->partner != t.a.id() || last->feature != t.at.key) return 0;
   return std::max(0.0, t.of_part * last->shear_energy - 0.5 * t.shear_stiffness * t.shear.squaredNorm());
+}
+
+/// A bed knows what was crushed once the block has come to where it lies. What its law tells for the step ahead, of a leapfrog for the half of it, is put right a step later.
+double IslandStepper::crushed_ahead(const Touch& t) const {
+  return (t.mode == Mode::spring_secant ? 0.5 : 1.0) * t.normal_law.crushing(t.indentation);
 }
 
 double IslandStepper::internal_energy(int block) const {

@@ -63,7 +63,7 @@ void IslandStepper::remember(const Touch& t, double h, std::vector<ContactMemory
   }
   if (t.stiffness > 0) {
     memory.normal_energy = normal_energy_at_end(t);
-    memory.crushed = std::max(0.0, t.normal_law.crushed_after(t.indentation));
+    memory.crushed = booked_by_craters(t) ? crushed_ahead(t) : std::max(0.0, t.normal_law.crushed_after(t.indentation));
     memory.normal = t.at.normal;
     // Deeper than the geometry says it comes back slowly, at its own cost; the other way round it waits for the contact to open, or to rest.
     const bool own = deformable_structure(t);

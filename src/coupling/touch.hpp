@@ -30,10 +30,11 @@ struct Partner {
 
 enum class Mode : std::uint8_t { idle, closed, end, spring_mean, spring_end, spring_secant };
 
-/// How deep a cell of a structure's face was crushed by a block.
+/// What a facet of a block crushed of a cell of a structure's face (craters.hpp).
 struct Crater {
-  std::uint64_t cell = 0;   // ContactMemory::feature
-  double depth = 0;         // [m]
+  std::uint64_t feature = 0;   // ContactMemory::feature
+  Vec3 floor = Vec3::Zero();   // plane [m, 1, 1]
+  double depth = 0;            // greatest of the cell [m]
 };
 
 /// Of a touch that goes on from none.
@@ -65,6 +66,8 @@ struct Touch {
   std::uint64_t goes_on_from = no_feature;   // ContactMemory::feature
   double offset = 0;             // gap less the geometric one: springs at a structure, pieces born inside [m]
   std::vector<Crater> craters;   // of the face it presses on, a crushing bed's
+  double crushed = 0;            // of its columns in the step before [J],
+  double crushed_ahead = 0;      // of which the ledger had so much [J]
   double of_part = 1;            // share of its part of a bed that one of several points carries
   bool broken = false;
   bool glued = false;            // closed since the start, or one of a pair that is: it holds in tension too
@@ -90,6 +93,9 @@ struct Touch {
   double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
   Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
 };
+
+/// What a crushing bed crushes is told by its craters.
+inline bool booked_by_craters(const Touch& t) { return t.normal_law.bed && t.law->kind == ContactLaw::Kind::crushing; }
 
 /// Energy of a spring that pulls, stretched by -depth [J].
 inline double pull_energy(const Touch& t, double depth) { return 0.5 * t.normal_law.stiffness * depth * depth; }

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "contact/skin_bed.hpp"
+#include "coupling/craters.hpp"
 #include "coupling/touch_tilt.hpp"
 
 namespace talus::coupling {
@@ -30,14 +31,10 @@ std::uint64_t name_of(const TriangleSurface& skin, int first) {
   return name >> 6;
 }
 
-/// Pressure of a column over the stiffness per area [m].
-double pressed(const contact::Column& c, double depth, double limit) { return std::clamp(std::min(depth, c.most), 0.0, limit); }
-
 /// Marks the parts of a crushing bed along one normal where what the block's facets push aside does not cancel: where a block ploughs its way, pressed on the side that it goes to
 /// and not on the one that lies in its own crater. There the force acts along the facets: without it a motion along the skin would give columns free for nothing, or press them.
 /// An elastic bed holds the same wherever on the skin the block lies: its push aside is that of the lower facets alone, which one that leans over takes back (decision 0079).
-void mark_sideways(std::span<contact::Footprint> parts, double limit) {
-  if (std::isinf(limit)) return;
+void mark_sideways(std::span<contact::Footprint> parts) {
   thread_local std::vector<contact::Footprint*> left;
   left.clear();
   for (contact::Footprint& part : parts)
@@ -48,7 +45,7 @@ void mark_sideways(std::span<contact::Footprint> parts, double limit) {
     Vec3 push = Vec3::Zero();
     for (auto p = rest; p != left.end(); ++p)
       for (const contact::Column& c : (*p)->columns)
-        for (const double d : c.depth) push += c.area * pressed(c, d, limit) * c.lift;
+        for (const double s : c.spring) push += c.area * std::max(s, 0.0) * c.lift;
     const double along = normal.dot(push);
     if ((push - along * normal).norm() > aside * along)
       for (auto p = rest; p != left.end(); ++p) (*p)->edge = true;
@@ -61,22 +58,22 @@ struct Resultant {
   Vec3 normal, point;   // the point: where its line of action meets the face
 };
 
-Resultant resultant(const contact::Footprint& part, double limit) {
+Resultant resultant(const contact::Footprint& part) {
   Vec3 lift = Vec3::Zero(), moment = Vec3::Zero();
   double depth = 0, force = 0;
   const auto sum = [&](const auto& pressure) {   // integrals of products of two functions that are linear over a triangle
     for (const contact::Column& c : part.columns) {
       double all = 0;
-      for (const double d : c.depth) all += pressure(c, d);
+      for (const double s : c.spring) all += pressure(s);
       for (std::size_t k = 0; k < 3; ++k) {
-        const double f = c.area / 12 * (all + pressure(c, c.depth[k]));
+        const double f = c.area / 12 * (all + pressure(c.spring[k]));
         depth += f * c.depth[k], moment += f * c.place[k];
       }
       force += c.area / 3 * all, lift += c.area / 3 * all * c.lift;
     }
   };
-  sum([&](const contact::Column& c, double d) { return pressed(c, d, limit); });
-  if (!(force > 0)) sum([](const contact::Column&, double) { return 1.0; });
+  sum([](double s) { return std::max(s, 0.0); });
+  if (!(force > 0)) sum([](double) { return 1.0; });
   Resultant r{part.normal, moment / force};
   if (!part.edge) return r;
   r.normal = lift.normalized();
@@ -98,7 +95,7 @@ std::span<const ContactMemory> recall(const std::vector<ContactMemory>& memory, 
 /// One face of the skin with all its parts.
 struct FaceBed {
   std::span<contact::Footprint> parts;
-  std::uint64_t rows, cells;   // their first features
+  std::uint64_t rows, cells;   // first features of parts and craters
   double deepest = -std::numeric_limits<double>::infinity(), sunk = 0;
   double crushed = 0;          // an elastic bed's: it lies unloaded down to there [m]
   bool rested = false;         // and held nothing in the last step
@@ -107,7 +104,7 @@ struct FaceBed {
 
 FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> parts, bool crushes) {
   const std::uint64_t name = name_of(skin, parts.front().triangle);
-  FaceBed face{parts, ((crushes ? crushing_kind : elastic_kind) << 60) | (name << 2), (crater_kind << 60) | (name >> 2 << 4)};
+  FaceBed face{parts, ((crushes ? crushing_kind : elastic_kind) << 60) | (name << 2), (crater_kind << 60) | ((name << 2) & ~(craters_of_a_face - 1))};
   for (const contact::Footprint& part : parts) {
     face.deepest = std::max(face.deepest, part.deepest);
     for (const contact::Column& c : part.columns) face.sunk += c.mean() > 0 ? c.area : 0.0;
@@ -117,28 +114,17 @@ FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> part
 
 /// How far the columns may be compressed by what the pair remembers of the face. `reach`: way of the block in a step; `limit`: compression at which they crush.
 void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double edge, double limit) {
-  const auto rows = recall(memory, partner, face.rows, 4), cells = recall(memory, partner, face.cells, contact::crater_cells * contact::crater_cells);
+  const auto rows = recall(memory, partner, face.rows, 4), cells = recall(memory, partner, face.cells, craters_of_a_face);
   const bool late = rows.empty() && cells.empty() && face.deepest > reach && face.sunk > 2 * reach * edge;
   if (std::isinf(limit)) {
     if (late) face.crushed = face.deepest;
     for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed);
     face.rested = face.crushed > 0 && std::none_of(rows.begin(), rows.end(), [](const ContactMemory& m) { return m.normal_energy > 0; });
-    for (contact::Footprint& part : face.parts)
-      for (contact::Column& c : part.columns) c.most = face.deepest - face.crushed;
+    if (face.crushed > 0)
+      for (contact::Footprint& part : face.parts) compress_at_most(part, face.deepest - face.crushed);
     return;
   }
-  std::array<double, contact::crater_cells * contact::crater_cells> deepest, floor;
-  deepest.fill(-std::numeric_limits<double>::infinity());
-  floor.fill(0);
-  for (const contact::Footprint& part : face.parts)
-    for (std::size_t i = 0; i < deepest.size(); ++i) deepest[i] = std::max(deepest[i], part.deepest_in[i]);
-  for (const ContactMemory& m : cells) floor[m.feature - face.cells] = m.crushed;
-  for (std::size_t i = 0; i < deepest.size(); ++i) {
-    floor[i] = std::max(floor[i], deepest[i] - (late ? 0.0 : limit));
-    if (floor[i] > 0 && deepest[i] > 0) face.craters.push_back({face.cells + i, floor[i]});
-  }
-  for (contact::Footprint& part : face.parts)
-    for (contact::Column& c : part.columns) c.most = deepest[static_cast<std::size_t>(c.cell)] - floor[static_cast<std::size_t>(c.cell)];
+  face.craters = crush(face.parts, face.cells, cells, limit, late);
 }
 
 /// The touch of one part of a face as it would be if it were new.
@@ -153,7 +139,7 @@ Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const C
     all += c.area;
     if (c.mean() > 0) sunk += c.area;
   }
-  const Resultant r = resultant(part, limit);
+  const Resultant r = resultant(part);
   t.at.normal = r.normal;
   t.at.point_a = r.point;
   t.normal_law.law = &law;
@@ -162,6 +148,7 @@ Touch part_touch(const TriangleSurface& skin, const CandidatePair& pair, const C
   t.at.area = sunk > 0 ? sunk : all;
   t.stiffness = t.normal_law.stiffness = law.normal_stiffness * t.at.area;
   t.normal_law.limit = law.crushing_pressure * t.at.area;
+  t.crushed = law.crushing_pressure * part.crushed;
   t.shear_stiffness = law.shear_stiffness * t.at.area;
   t.at.face_a = contact::triangle_of_face(skin, part.triangle, t.at.point_a);
   t.at.point_b = t.at.point_a + t.at.gap * t.at.normal;
@@ -175,6 +162,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
   t.stored = last.normal_energy + last.shear_energy;
   t.sheared = last.shear_energy;
   t.lasted = last.lasted;
+  if (booked_by_craters(t)) t.crushed_ahead = last.crushed;
   t.broken = last.broken;
   t.persistent = !last.force.isZero(0);
 }
@@ -183,7 +171,7 @@ void go_on_from(const ContactMemory& last, Touch& t) {
 void stand_on_points(const TriangleSurface& skin, const Touch& whole, const contact::Footprint& part, const FaceBed& face, double limit, std::vector<Touch>& out) {
   Touch point = whole;
   point.normal_law.bed = std::make_shared<const contact::Bed>(part.columns, whole.at.normal, part.deepest, 0.25 * whole.law->normal_stiffness, limit, face.deepest, face.crushed, face.rested);
-  for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored, &point.sheared}) *shared *= 0.25;
+  for (double* shared : {&point.at.area, &point.stiffness, &point.normal_law.stiffness, &point.normal_law.limit, &point.shear_stiffness, &point.stored, &point.sheared, &point.crushed, &point.crushed_ahead}) *shared *= 0.25;
   point.warm *= 0.25;
   point.of_part = 0.25;
   bool first = true;
@@ -206,33 +194,33 @@ bool is_bed(const ContactLaw& law) {
 bool is_crater(const ContactMemory& m) { return m.feature >> 60 == crater_kind; }
 
 void keep_craters(std::span<const Touch* const> touches, int block, std::vector<ContactMemory>& list) {
-  const std::size_t known = list.size();
+  std::vector<ContactMemory> fresh;
   for (const Touch* t : touches) {
     if (t->b != block) continue;
     for (const Crater& crater : t->craters) {
-      const auto end = list.begin() + static_cast<std::ptrdiff_t>(known);
-      const auto found = std::lower_bound(list.begin(), end, std::pair(t->a.id(), crater.cell), before);
-      if (found != end && found->partner == t->a.id() && found->feature == crater.cell) {
-        found->crushed = std::max(found->crushed, crater.depth);
-        continue;
-      }
-      ContactMemory memory;
+      ContactMemory& memory = fresh.emplace_back();
       memory.partner = t->a.id();
-      memory.feature = crater.cell;
+      memory.feature = crater.feature;
+      memory.place = crater.floor;
       memory.crushed = crater.depth;
-      list.push_back(memory);
     }
   }
+  const auto of_a_cell = [](const ContactMemory& m) { return std::pair(m.partner, m.feature >> 16); };
+  const auto in_order = [&](const ContactMemory& x, const ContactMemory& y) { return of_a_cell(x) < of_a_cell(y); };
+  std::sort(fresh.begin(), fresh.end(), in_order);
+  std::erase_if(list, [&](const ContactMemory& m) { return is_crater(m) && std::binary_search(fresh.begin(), fresh.end(), m, in_order); });
+  list.insert(list.end(), fresh.begin(), fresh.end());
 }
 
 void add_point(const ContactMemory& point, ContactMemory& part) {
+  const bool crushes = point.feature >> 60 == crushing_kind;   // an energy
   part.force += point.force;
   const double stiffness = part.stiffness + point.stiffness;
   if (stiffness > 0) part.shear += point.stiffness / stiffness * (point.shear - part.shear);
   part.stiffness = stiffness;
   part.normal_energy += point.normal_energy;
   part.shear_energy += point.shear_energy;
-  part.crushed = std::max(part.crushed, point.crushed);
+  part.crushed = crushes ? part.crushed + point.crushed : std::max(part.crushed, point.crushed);
   part.indentation = std::max(part.indentation, point.indentation);
   part.broken = part.broken && point.broken;
 }
@@ -252,7 +240,7 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
     FaceBed& face = faces.emplace_back(face_bed(skin, std::span(parts).subspan(i, last - i), crushes));
     set_floor(face, memory, pair.a.id(), margin, face_edge(skin, parts[i].triangle), limit);
   }
-  mark_sideways(parts, limit);
+  if (crushes) mark_sideways(parts);
   for (FaceBed& face : faces)
     for (const contact::Footprint& part : face.parts) {
       Touch t = part_touch(skin, pair, law, face, part, limit);

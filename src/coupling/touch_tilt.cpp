@@ -13,15 +13,15 @@ using Vec2 = Eigen::Vector2d;
 
 struct Corner {
   Vec2 at;        // from the centre of pressure, across the normal [m]
-  double depth;   // [m]
+  double spring;  // [m]
 };
 
-/// Keeps of the polygon where sign (depth - level) >= 0.
+/// Keeps of the polygon where sign (spring - level) >= 0.
 void keep(std::vector<Corner>& polygon, double sign, double level) {
   std::vector<Corner> kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
-    const double va = sign * (a.depth - level), vb = sign * (b.depth - level);
+    const double va = sign * (a.spring - level), vb = sign * (b.spring - level);
     if (va >= 0) kept.push_back(a);
     if ((va >= 0) != (vb >= 0)) kept.push_back({a.at + va / (va - vb) * (b.at - a.at), level});
   }
@@ -36,11 +36,11 @@ std::array<Vec3, 4> tilt_points(const contact::Footprint& part, const Vec3& p, c
   double area = 0;
   Mat2 spread = Mat2::Zero();
   for (const contact::Column& c : part.columns) {
-    if (!(c.most > 0)) continue;
+    if (c.full(limit)) continue;
     std::vector<Corner> pressed;
-    for (std::size_t k = 0; k < 3; ++k) pressed.push_back({across * (c.place[k] - p), c.depth[k]});
+    for (std::size_t k = 0; k < 3; ++k) pressed.push_back({across * (c.place[k] - p), c.spring[k]});
     keep(pressed, 1, 0);
-    if (c.most >= limit) keep(pressed, -1, limit);
+    keep(pressed, -1, limit);
     for (std::size_t k = 1; k + 1 < pressed.size(); ++k) {
       const Vec2 &a = pressed[0].at, &b = pressed[k].at, &d = pressed[k + 1].at, sum = a + b + d;
       const double part_area = 0.5 * std::abs((b - a).x() * (d - a).y() - (b - a).y() * (d - a).x());

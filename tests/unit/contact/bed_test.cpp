@@ -20,7 +20,13 @@ const Vec3 up = Vec3::UnitZ();
 
 std::vector<Column> wedge() {   // four columns of 0.1 m^2, the deepest at 0.04 m
   std::vector<Column> c;
-  for (const double depth : {0.01, 0.02, 0.03, 0.04}) c.push_back({0.1, {depth, depth, depth}, {}, up});
+  for (const double depth : {0.01, 0.02, 0.03, 0.04}) c.push_back({0.1, {depth, depth, depth}, {depth, depth, depth}, {}, up});
+  return c;
+}
+
+std::vector<Column> wedge_pressed_by(double most) {
+  std::vector<Column> c = wedge();
+  for (Column& q : c) q.spring.fill(std::min(q.mean(), most));
   return c;
 }
 
@@ -35,7 +41,7 @@ TEST(Bed, ElasticForceIsStiffnessTimesVolume) {
 }
 
 TEST(Bed, CrushingForceIsPressureTimesArea) {
-  const Bed bed(wedge(), up, 0.04, k, yield, 0.04, 0.04 - yield);
+  const Bed bed(wedge_pressed_by(yield), up, 0.04, k, yield, 0.04, 0.04 - yield);
   EXPECT_DOUBLE_EQ(bed.force(0.04), p * 0.4);
   EXPECT_DOUBLE_EQ(bed.force(0.041), p * 0.4);
   EXPECT_NEAR(bed.work(0.041) - bed.stored(0.041), p * 0.4 * 0.001, 1e-9);
@@ -47,7 +53,7 @@ TEST(Bed, CrushingForceIsPressureTimesArea) {
 }
 
 TEST(Bed, CraterCarriesNothingAboveItsFloor) {
-  const Bed bed(wedge(), up, 0.04, k, yield, 0.04, 0.05);
+  const Bed bed(wedge_pressed_by(-0.01), up, 0.04, k, yield, 0.04, 0.05);
   EXPECT_DOUBLE_EQ(bed.force(0.04), 0);
   EXPECT_DOUBLE_EQ(bed.force(0.049), 0);
   EXPECT_GT(bed.force(0.051), 0);
@@ -55,7 +61,7 @@ TEST(Bed, CraterCarriesNothingAboveItsFloor) {
 
 TEST(Bed, WhatRisesOutOfItsCraterCarriesNothing) {
   std::vector<Column> c = wedge();
-  for (Column& q : c) q.most = q.mean() > 0.02 ? yield : -0.003;   // the shallow ones have risen 3 mm out of what they crushed
+  for (Column& q : c) q.spring.fill(q.mean() > 0.02 ? yield : -0.003);   // the shallow ones have risen 3 mm out of what they crushed
   const Bed bed(c, up, 0.04, k, yield, 0.04, 0);
   EXPECT_DOUBLE_EQ(bed.force(0.04), p * 0.2);
   EXPECT_DOUBLE_EQ(bed.force(0.042), p * 0.2);
@@ -71,7 +77,7 @@ TEST(Bed, WhatLiesUnloadedComesBackAsFoundOnly) {
 /// as if it had held nothing above x_0, the mean grew without bound as the way became short.
 TEST(Bed, WhatIsLoadedBelowItsFloorKeepsItsEnergyOnItsWayOut) {
   NormalLaw law;
-  law.bed = std::make_shared<const Bed>(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.02);
+  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0.02), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.02);
   double slope = 0;
   for (const double end : {0.0405, 0.0409, 0.04099, 0.0409999, 0.0410001, 0.042}) {
     const double mean = law.secant(0.041, end, slope);
@@ -84,7 +90,7 @@ TEST(Bed, WhatIsLoadedBelowItsFloorKeepsItsEnergyOnItsWayOut) {
 /// What held nothing came with the block: its way begins where it lies, and no way makes its mean force greater than its force.
 TEST(Bed, WhatLayUnloadedBeginsItsWayWhereItLies) {
   NormalLaw law;
-  law.bed = std::make_shared<const Bed>(wedge(), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.04, true);
+  law.bed = std::make_shared<const Bed>(wedge_pressed_by(0), up, 0.04, k, std::numeric_limits<double>::infinity(), 0.04, 0.04, true);
   double slope = 0;
   EXPECT_EQ(law.secant(0.041, 0.039, slope), 0);
   for (const double end : {0.0405, 0.0409999, 0.0410001, 0.042}) EXPECT_NEAR(law.secant(0.041, end, slope), law.bed->stored(end) / (end - 0.04), 1e-9 * law.force(end)) << end;
@@ -207,8 +213,7 @@ TEST(Bed, AtAnEdgeTheForceIsTheEnergysGradient) {
 }
 
 TEST(Bed, ForceIsTheWorksDerivativeWhereATriangleYieldsInPart) {
-  Column c{0.1, {-0.004, 0.003, 0.012}, {}, up};
-  c.most = 0.008;
+  const Column c{0.1, {-0.004, 0.003, 0.012}, {-0.004, 0.003, 0.008}, {}, up};
   const Bed bed({c}, up, 0.012, k, yield, 0.012, 0);
   for (const double x : {0.005, 0.01, 0.0125, 0.016, 0.03}) {
     const double d = 1e-6;
