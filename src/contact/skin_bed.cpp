@@ -141,6 +141,7 @@ class BedFinder {
       deepest = std::max(deepest, local_.back().z());
     }
     if (highest >= 0 || deepest < -reach_) return;   // wholly below: on the structure's other side
+    if (block_.convex) look_above(face);
     double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
     for (const Vec3& c : face.corner)
       for (int k = 0; k < 2; ++k) low[k] = std::min(low[k], c[k]), high[k] = std::max(high[k], c[k]);
@@ -158,7 +159,7 @@ class BedFinder {
       polygon_.assign({a, b, c});
       for (int side = 0; side < 4 && !polygon_.empty(); ++side)
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
-      if (block_.convex && most.z() > 0) keep_before(face);
+      if (block_.convex && most.z() > 0) keep_before();
       if (polygon_.size() < 3) continue;
       if (std::isfinite(yield_)) cut_cells(f);
       else slices(f, 0);
@@ -177,12 +178,20 @@ class BedFinder {
   }
 
   /// Keeps of the polygon where the block reaches to before the face: past the structure's rim it may lie wholly on the other side.
-  void keep_before(const Face& face) {
-    for (std::size_t k = 0; k < normal_.size() && !polygon_.empty(); ++k) {
+  void keep_before() {
+    for (const Vec3& facet : above_) {
+      const auto within = [&](const Vec3& p) { return facet[0] - facet[1] * p.x() - facet[2] * p.y(); };
+      if (!std::all_of(polygon_.begin(), polygon_.end(), [&](const Vec3& p) { return within(p) >= 0; })) keep(polygon_, next_, within);
+    }
+  }
+
+  /// The block's facets that look up from a face: within them is where a - b u - c v >= 0 on it.
+  void look_above(const Face& face) {
+    above_.clear();
+    for (std::size_t k = 0; k < normal_.size(); ++k) {
       if (normal_[k].dot(face.normal) <= 0) continue;
       const Vec3& on_facet = x_[static_cast<std::size_t>(block_.face_vertices[static_cast<std::size_t>(block_.face_offset[k])])];
-      const auto within = [&](const Vec3& p) { return normal_[k].dot(on_facet - face.place(p)); };
-      if (!std::all_of(polygon_.begin(), polygon_.end(), [&](const Vec3& p) { return within(p) >= 0; })) keep(polygon_, next_, within);
+      above_.emplace_back(normal_[k].dot(on_facet - face.centre), normal_[k].dot(face.u), normal_[k].dot(face.v));
     }
   }
 
@@ -392,7 +401,7 @@ class BedFinder {
   const Polyhedron& block_;
   double reach_, yield_;
   bool edge_ = false;
-  std::vector<Vec3> x_, normal_, local_;
+  std::vector<Vec3> x_, normal_, local_, above_;
   std::vector<Face> faces_;
   std::vector<Piece> pieces_;
   std::vector<Direction> directions_;

@@ -85,6 +85,8 @@ class Crusher {
       for (const Column& c : part.columns) {
         Patch& p = patch_of(part, c);
         patch_.push_back(static_cast<std::size_t>(&p - patches_.data()));
+        Mat3& corner = corners_.emplace_back();
+        for (int k = 0; k < 3; ++k) corner.row(k) = at(part, c.place[static_cast<std::size_t>(k)]).transpose();
         p.deepest = std::max({p.deepest, c.depth[0], c.depth[1], c.depth[2]});
         if (c.mean() > 0) p.area += c.area;
       }
@@ -143,7 +145,7 @@ class Crusher {
           columns_.push_back(c);
           continue;
         }
-        for (std::size_t k = 0; k < 3; ++k) c.spring[k] = p.floor.dot(at(part, c.place[k]));
+        Eigen::Map<Vec3>(c.spring.data()) = corners_[i - 1] * p.floor;
         cut(c, &Column::spring, 0, 0, [&](const Column& piece) { press(piece, p, part); });
       }
       part.columns.swap(columns_);
@@ -187,7 +189,7 @@ class Crusher {
         Patch& p = patches_[patch_[i++]];
         const double depth = c.mean();
         if (!p.crushed || !(depth > 0)) continue;
-        const Vec3 g(p.over.dot(at(part, c.place[0])), p.over.dot(at(part, c.place[1])), p.over.dot(at(part, c.place[2])));
+        const Vec3 g = corners_[i - 1] * p.over;
         if (depth > limit_ || depth > g.mean() + limit_) use(p, c.area, g);
       }
   }
@@ -211,6 +213,7 @@ class Crusher {
   double limit_;
   std::vector<Patch> patches_;
   std::vector<std::size_t> patch_;   // of the columns
+  std::vector<Mat3> corners_;        // theirs, each row (1, a, b)
   std::vector<Column> columns_;
   std::array<double, contact::crater_cells * contact::crater_cells> deepest_, greatest_;   // depth and floor in each cell [m]
 };
