@@ -18,7 +18,7 @@ namespace {
 // and as long as a bar in it holds, not before it is distorted beyond use.
 constexpr double strain_limit = 0.5;     // strain at which a cell is eroded whatever its damage
 constexpr double open_gap = 5e-3;        // with all points at the cap [m]
-constexpr double torn_strain = 4;        // of a cell three times as long as it was: no solid to touch or to compute with, also where nothing is to erode
+constexpr double torn_strain = 1;        // of a cell 1.7 times as long as it was: no solid to touch or to compute with, also where nothing is to erode
 constexpr std::size_t least_piece = 2;   // cells; a single one is rubble
 constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
 constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
@@ -99,7 +99,7 @@ std::vector<int> FemStructure::spent_cells() const {
 }
 
 void FemStructure::erode(const std::vector<int>& cells) {
-  if (!spec_.erosion && eroded_volume_ == 0) report_(fmt::format("structure {}: cells torn to three times their length are removed, although erosion is off", spec_.name));
+  if (!spec_.erosion && eroded_volume_ == 0) report_(fmt::format("structure {}: cells torn to 1.7 times their length are removed, although erosion is off", spec_.name));
   drop_orphans(cells);
   ++breaks_;
   rebuild_skin();

@@ -50,7 +50,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.damage", .type = Type::choice, .fallback = "\"none\"", .doc = "Damage law: d+/d- damage with crack band, or CDPM2.", .choices = {"none", "concrete", "concrete-cdpm2"},
        .source = "Faria and Oliver 1998; Grassl et al. 2013"},
       {.path = "structure.rate_effect", .type = Type::boolean, .fallback = "true", .doc = "Strength grows with the strain rate.", .source = "fib Model Code 2010, 5.1.11"},
-      {.path = "structure.erosion", .type = Type::boolean, .fallback = "true", .doc = "Elements that stand open or are distorted beyond use are removed. Mass at nodes that other elements hold stays; the rest leaves as dust. Without, only those torn to three times their length are."},
+      {.path = "structure.erosion", .type = Type::boolean, .fallback = "true", .doc = "Elements that stand open or are distorted beyond use are removed. Mass at nodes that other elements hold stays; the rest leaves as dust. Without, only those torn to 1.7 times their length are."},
       {.path = "structure.aggregate", .type = Type::quantity, .dimension = length, .fallback = "16 mm", .doc = "Largest grain of the concrete: faces of cracks interlock up to the shear limit of the modified compression field theory (damage = \"concrete\" alone, decision 0021). 0: they carry what the damage law leaves.", .min = 0, .max = 0.1},
       {.path = "structure.rebar", .type = Type::path_or_tables, .doc = "CSV of bars as polylines, or rules as [[structure.rebar]]."},
       {.path = "structure.rebar.kind", .type = Type::choice, .doc = "What the rule lays out.", .required = "always in structure.rebar", .choices = {"longitudinal", "stirrups"}},
