@@ -76,7 +76,7 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std:
     return std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) { return m->normal.dot(t.at.normal) > near_enough; });
   };
   for (Touch& t : touches) {
-    const bool springs_back = t.stiffness > 0 && (t.law->kind == ContactLaw::Kind::linear || t.law->kind == ContactLaw::Kind::hertz);
+    const bool springs_back = t.stiffness > 0 && t.law->kind != ContactLaw::Kind::crushing;
     if (!springs_back || !(t.at.gap < 0) || !alike(t)) continue;
     Heir& heir = heirs.emplace_back(Heir{&t, -t.at.gap, -before(t) * t.approach, 0});
     heir.energy = heir.energy_at(1);

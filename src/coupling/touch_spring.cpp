@@ -76,7 +76,7 @@ const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint6
 }
 
 void hold_on(Touch& t, const ContactMemory* last, bool grows) {
-  if (t.stiffness == 0 || t.law->kind == ContactLaw::Kind::crushing || t.law->kind == ContactLaw::Kind::table) return;
+  if (t.stiffness == 0 || t.law->kind == ContactLaw::Kind::crushing) return;
   double indentation = std::max(0.0, -t.at.gap);
   if (last != nullptr && last->indentation > 0) {
     const bool point = t.at.area == 0 && t.law->kind == ContactLaw::Kind::linear;
