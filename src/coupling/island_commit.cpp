@@ -185,13 +185,18 @@ void IslandStepper::commit(double t_end, double h) {
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;
   AuditSums& audit = report_.audit;
-  double blocks_force = 0;
+  double blocks_force = 0, force_scale = 0;
   Vec3 on_structures = Vec3::Zero(), on_blocks = Vec3::Zero(), moment = Vec3::Zero();
   double moment_scale = 0;
   for (const Touch& t : touches_) {
-    if (t.row < 0 || t.b < 0 || t.a.kind != Partner::Kind::structure) continue;   // between structures what one gets the other gives
+    if (t.row < 0 || t.a.kind != Partner::Kind::structure) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Vec3 p = t.frame * c.impulse;
+    if (t.b < 0) {   // between structures what one gets the other gives: its round-off is that of its own size
+      force_scale += p.norm();
+      moment_scale += (t.acts_at.norm() + length_) * p.norm();
+      continue;
+    }
     if (!c.impulse.isZero(0)) {
       StructureContact row;
       row.time = t_end;
@@ -206,6 +211,7 @@ void IslandStepper::commit(double t_end, double h) {
       // Both sides as they were really applied: the block through its point, the structure through its nodes.
       on_blocks += p;
       blocks_force += p.norm();
+      force_scale += p.norm();
       moment += t.acts_at.cross(p);
       moment_scale += (t.acts_at.norm() + length_) * p.norm();
     }
@@ -216,7 +222,7 @@ void IslandStepper::commit(double t_end, double h) {
     moment += n.position.cross(n.impulse);
   }
   if (blocks_force > 0 && !node_impulses_.empty()) {
-    audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / blocks_force);
+    audit.worst_force = std::max(audit.worst_force, (on_blocks + on_structures).norm() / force_scale);
     audit.worst_moment = std::max(audit.worst_moment, moment.norm() / std::max(moment_scale, 1e-300));
     audit.impulse_on_structure += on_structures;
     audit.impulse_on_blocks += on_blocks;
