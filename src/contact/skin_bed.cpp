@@ -161,9 +161,44 @@ class BedFinder {
         keep(polygon_, next_, [&](const Vec3& x) { return side_of(face.corner[side], face.corner[(side + 1) % 4], x); });
       if (block_.convex && most.z() > 0) keep_before();
       if (polygon_.size() < 3) continue;
-      if (std::isfinite(yield_)) cut_cells(f);
-      else slices(f, 0);
+      if (!block_.convex && most.z() > 0) cut_where_before(f);
+      else cut(f);
     }
+  }
+
+  void cut(std::size_t f) {
+    if (std::isfinite(yield_)) cut_cells(f);
+    else slices(f, 0);
+  }
+
+  /// Of a block with hollows the polygon's triangles below which the block reaches to before the face: one of its arms, or an end of it, may lie wholly on the structure's other side.
+  void cut_where_before(std::size_t f) {
+    const Polygon all = polygon_;
+    const auto before = [&](std::size_t i) { return reaches_before((all[0] + all[i] + all[i + 1]) / 3); };
+    std::vector<char> kept(all.size(), 0);
+    for (std::size_t i = 1; i + 1 < all.size(); ++i) kept[i] = before(i);
+    if (std::all_of(kept.begin() + 1, kept.end() - 1, [](char k) { return k != 0; })) return cut(f);
+    for (std::size_t i = 1; i + 1 < all.size(); ++i) {
+      if (kept[i] == 0) continue;
+      polygon_ = {all[0], all[i], all[i + 1]};
+      cut(f);
+    }
+  }
+
+  /// True if all of the block between a point of its lower surface, in a face's axes, and the plane of the face is solid.
+  bool reaches_before(const Vec3& p) const {
+    if (p.z() <= 0) return true;
+    double top = -std::numeric_limits<double>::infinity();   // of the solid above it: the deepest of the facets that end it
+    for (const auto& t : block_.triangles) {
+      const Vec3 &a = local_[static_cast<std::size_t>(t[0])], &b = local_[static_cast<std::size_t>(t[1])], &c = local_[static_cast<std::size_t>(t[2])];
+      const double twice = side_of(a, b, c);
+      if (twice == 0) continue;
+      const Vec3 l = Vec3(side_of(b, c, p), side_of(c, a, p), side_of(a, b, p)) / twice;
+      if (l.minCoeff() < 0) continue;
+      const double z = l[0] * a.z() + l[1] * b.z() + l[2] * c.z();
+      if (z < p.z() * (1 - 1e-9) && z > top) top = z;
+    }
+    return top <= 0;
   }
 
   std::array<double, 4> reach_past(const Face& face, std::size_t facet) const {
@@ -348,9 +383,17 @@ class BedFinder {
 
   /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the borders of a face push along it. The facets' own push, summed over all of them, is the same as
   /// long as none leans over; one that does was missing there.
+  /// A sliver of a part along a border gives no more than a face that counts, which is no narrower than a sliver: d / 2w.
+  static Vec3 aside(const Footprint& part) {
+    if (!(part.volume > 0)) return Vec3::Zero();
+    const Vec3 push = part.push / part.volume;
+    const double size = push.norm(), most = 0.5 / sliver;
+    return size > most ? Vec3(most / size * push) : push;
+  }
+
   static void push_by_energy(std::span<Footprint> parts) {
     for (Footprint& part : parts)
-      for (Column& c : part.columns) c.lift = part.volume > 0 ? Vec3(part.normal + part.push / part.volume) : part.normal;
+      for (Column& c : part.columns) c.lift = part.normal + aside(part);
   }
 
   /// 1/2 d^2 along what of the polygon's outline lies on the face's borders, times the way out. Where the block ends with the face, the columns it loses on one side or the other hold it in the middle: the push comes

@@ -112,10 +112,19 @@ FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> part
   return face;
 }
 
-/// How far the columns may be compressed by what the pair remembers of the face. `reach`: way of the block in a step; `limit`: compression at which they crush.
-void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double edge, double limit) {
+/// The deepest that the pair's faces were pressed in the last step [m].
+double pressed_before(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
+  double deepest = 0;
+  for (auto m = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, std::uint64_t{0}), before); m != memory.end() && m->partner == partner; ++m)
+    if (!is_crater(*m) && m->feature != born_inside) deepest = std::max(deepest, m->indentation);
+  return deepest;
+}
+
+/// How far the columns may be compressed by what the pair remembers of the face. A new one deep inside is found late if it is more than the block can have covered in a step, or deeper than it can have come: a face
+/// that a cell below it bared when it broke out. `reach`: way of the block in a step; `pressed`: how deep others were before it; `limit`: compression at which columns crush.
+void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double pressed, double edge, double limit) {
   const auto rows = recall(memory, partner, face.rows, 4), cells = recall(memory, partner, face.cells, craters_of_a_face);
-  const bool late = rows.empty() && cells.empty() && face.deepest > reach && face.sunk > 2 * reach * edge;
+  const bool late = rows.empty() && cells.empty() && face.deepest > reach && (face.sunk > 2 * reach * edge || face.deepest > pressed + 2 * reach);
   if (std::isinf(limit)) {
     if (late) face.crushed = face.deepest;
     for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed);
@@ -234,11 +243,12 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
   contact::skin_bed(index, shape, pose, margin, limit, parts);
   thread_local std::vector<FaceBed> faces;
   faces.clear();
+  const double pressed = pressed_before(memory, pair.a.id());
   for (std::size_t i = 0, last; i < parts.size(); i = last) {
     last = i + 1;
     while (last < parts.size() && parts[last].triangle == parts[i].triangle) ++last;
     FaceBed& face = faces.emplace_back(face_bed(skin, std::span(parts).subspan(i, last - i), crushes));
-    set_floor(face, memory, pair.a.id(), margin, face_edge(skin, parts[i].triangle), limit);
+    set_floor(face, memory, pair.a.id(), margin, pressed, face_edge(skin, parts[i].triangle), limit);
   }
   if (crushes) mark_sideways(parts);
   for (FaceBed& face : faces)
