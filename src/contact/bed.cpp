@@ -80,7 +80,8 @@ double Bed::way_from(double x) const { return rested_ ? std::min(x, start_) : x;
 
 double Bed::before(double x) const {
   double w = crushing_before(x);
-  for (const Spring& s : springs_) w += held(s, s.full ? 0.0 : shift(s, x));
+  for (const Spring& s : springs_)
+    w += s.full ? 0.5 * s.stiffness * s.above(std::max(shift(s, x), 0.0)).second : held(s, shift(s, x));   // those that have risen, by less than what counts as full, held more
   return w;
 }
 
