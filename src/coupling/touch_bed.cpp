@@ -127,7 +127,9 @@ void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uin
   const bool late = rows.empty() && cells.empty() && face.deepest > reach && (face.sunk > 2 * reach * edge || face.deepest > pressed + 2 * reach);
   if (std::isinf(limit)) {
     if (late) face.crushed = face.deepest;
-    for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed);
+    double known = 0;
+    for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed), known = std::max(known, m.indentation);
+    if (!rows.empty()) face.crushed += std::max(0.0, face.deepest - known - 2 * reach);   // columns that were not there, as deep as no motion brings them
     face.rested = face.crushed > 0 && std::none_of(rows.begin(), rows.end(), [](const ContactMemory& m) { return m.normal_energy > 0; });
     if (face.crushed > 0)
       for (contact::Footprint& part : face.parts) compress_at_most(part, face.deepest - face.crushed);
