@@ -212,6 +212,7 @@ class FemStructure : public Structure {
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
+  void begin_leapfrog(double h);
   double excess_of_gravity(double kick, double h) const;
   double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
