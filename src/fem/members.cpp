@@ -39,6 +39,80 @@ void keep_unique(std::vector<int>& list) {
   list.erase(std::unique(list.begin(), list.end()), list.end());
 }
 
+/// Steel of ties along a direction of the section, per length of the member: each tie over its share of the length, which ends midway
+/// to its neighbours.
+class Ties {
+ public:
+  struct Mean { double area = 0, yield = 0; };  // [m^2/m], [Pa]
+
+  /// `e`: the direction; `height`: of the section along it.
+  Ties(const Pier& pier, const std::vector<rebar::Bar>& bars, const Vec3& e, double height) : clear_(pier.clear) {
+    std::vector<Level> legs;
+    for (const rebar::Bar& bar : bars) add_legs(pier, bar, e, height, legs);
+    std::sort(legs.begin(), legs.end(), [](const Level& a, const Level& b) { return a.at < b.at; });
+    double from = 0;  // of the level that grows
+    for (const Level& leg : legs)
+      if (levels_.empty() || leg.at - from > leg.reach) levels_.push_back(leg), from = leg.at;
+      else levels_.back().join(leg);
+  }
+
+  /// Mean over `window` about the section `at`, as much of it as the member has.
+  Mean about(double at, double window) const {
+    const double low = std::max(0.0, at - window / 2), high = std::min(clear_, at + window / 2);
+    Mean mean;
+    for (std::size_t i = 0; i < levels_.size(); ++i) {
+      const Level& tie = levels_[i];
+      const double below = gap(i), above = gap(i + 1), share = (below + above) / 2;
+      // The outermost ties stand for the length of a spacing beyond them: rules begin with half of one to a whole one.
+      const double from = tie.at - (i == 0 ? below : below / 2), to = tie.at + (i + 1 == levels_.size() ? above : above / 2);
+      const double steel = tie.steel / share * std::max(0.0, std::min(high, to) - std::max(low, from)) / (high - low);
+      mean.area += steel, mean.yield += steel * tie.yield;
+    }
+    if (mean.area > 0) mean.yield /= mean.area;
+    return mean;
+  }
+
+ private:
+  /// Legs at one level of the member; `reach`: how far from one another they are still one tie.
+  struct Level {
+    double at, steel, yield, reach;
+    void join(const Level& other) {
+      const double sum = steel + other.steel;
+      at = (at * steel + other.at * other.steel) / sum;
+      yield = (yield * steel + other.yield * other.steel) / sum;
+      steel = sum;
+    }
+  };
+
+  /// Those of a bar that runs around the section or across it; turns of a spiral lie at levels of their own.
+  static void add_legs(const Pier& pier, const rebar::Bar& bar, const Vec3& e, double height, std::vector<Level>& legs) {
+    const rebar::Member& m = pier.shape;
+    const Vec3 z = pier.axis();
+    double from = 1e300, to = -1e300;
+    for (const Vec3& point : bar.points) {
+      const Vec3 p = point - m.base;
+      if (std::abs(p.dot(m.axis_x)) > m.width / 2 || std::abs(p.dot(m.axis_y)) > m.depth / 2) return;
+      from = std::min(from, p.dot(e)), to = std::max(to, p.dot(e));
+    }
+    if (!(to - from > 0.3 * height)) return;
+    for (std::size_t i = 1; i < bar.points.size(); ++i) {
+      const Vec3 leg = bar.points[i] - bar.points[i - 1], middle = (bar.points[i] + bar.points[i - 1]) / 2 - m.base;
+      const double steel = bar.area() * std::abs(leg.dot(e)) / (to - from);
+      if (steel > 0 && std::abs(leg.dot(z)) < 0.3 * leg.norm()) legs.push_back({middle.dot(z), steel, bar.steel.yield, bar.diameter});
+    }
+  }
+
+  /// Between the ties i - 1 and i; beyond the outermost ones as beside them.
+  double gap(std::size_t i) const {
+    if (levels_.size() < 2) return clear_;
+    const std::size_t k = std::clamp<std::size_t>(i, 1, levels_.size() - 1);
+    return levels_[k].at - levels_[k - 1].at;
+  }
+
+  double clear_;
+  std::vector<Level> levels_;
+};
+
 }  // namespace
 
 std::vector<Pier> find_piers(const StructureSpec& spec) {
@@ -129,30 +203,9 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
     in.width = pier.wall > 0 ? 2 * pier.wall : width;
   }
 
-  // Stirrups: steel along e between two sections, as legs over the depth they span.
-  const double window = std::max(height, 0.5), low = std::max(0.0, at - window / 2), high = std::min(pier.clear, at + window / 2);
-  double legs = 0, yield = 0;
-  for (const rebar::Bar& bar : bars) {
-    double along = 0, from = 1e300, to = -1e300, middle = 0;
-    bool inside = true;
-    for (std::size_t i = 0; i < bar.points.size(); ++i) {
-      const Vec3 p = bar.points[i] - m.base;
-      inside = inside && std::abs(p.dot(m.axis_x)) <= m.width / 2 && std::abs(p.dot(m.axis_y)) <= m.depth / 2;
-      from = std::min(from, p.dot(e)), to = std::max(to, p.dot(e));
-      middle += p.dot(z) / static_cast<double>(bar.points.size());
-      if (i == 0) continue;
-      const Vec3 leg = bar.points[i] - bar.points[i - 1];
-      if (std::abs(leg.dot(z)) < 0.3 * leg.norm()) along += std::abs(leg.dot(e));
-    }
-    if (!inside || !(to - from > 0.3 * height) || middle < low || middle >= high) continue;
-    const double steel = bar.area() * along / (to - from);
-    legs += steel, yield += steel * bar.steel.yield;
-  }
-  if (legs > 0) {
-    if (round) legs *= pi / 4, yield *= pi / 4;  // the mean share of a hoop's tension along e
-    in.stirrup_area_per_length = legs / (high - low);
-    in.stirrup_yield = yield / legs;
-  }
+  const Ties::Mean ties = Ties(pier, bars, e, height).about(at, std::max(height, 0.5));
+  in.stirrup_area_per_length = ties.area * (round ? pi / 4 : 1);  // the mean share of a hoop's tension along e
+  if (ties.area > 0) in.stirrup_yield = ties.yield;
   return in;
 }
 

@@ -48,7 +48,8 @@ struct PierPlace {
 PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts);
 
 /// Shear resistance of a section by EN 1992-1-1, 6.2, for a force along axis_x (0) or axis_y (1); bars as laid, axial force N with
-/// compression positive. Circular sections by the effective width and depth of their segment [clarke1993].
+/// compression positive. Each tie counts over the length between the midpoints to its neighbours, so that regular ones give A_sw / s.
+/// Circular sections by the effective width and depth of their segment [clarke1993].
 rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& bars, double at, int axis, double axial);
 
 }  // namespace talus::fem

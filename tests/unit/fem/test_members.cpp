@@ -64,13 +64,62 @@ TEST(Members, ShearResistanceByHand) {
   EXPECT_DOUBLE_EQ(in.width, 3);
   EXPECT_NEAR(in.effective_depth, 0.75 + 0.65, 1e-12);
   EXPECT_NEAR(in.tension_area, 8 * M_PI / 4 * 0.025 * 0.025, 1e-12);
-  EXPECT_NEAR(in.stirrup_area_per_length, 2 * M_PI / 4 * 0.012 * 0.012 / 0.2, 0.08 * 1.131e-3);  // whole stirrups in a window of 1.5 m
+  EXPECT_NEAR(in.stirrup_area_per_length, 2 * M_PI / 4 * 0.012 * 0.012 / 0.2, 1e-12);
   const rebar::ShearResistance r = rebar::shear_resistance(in, {30e6, 1.2, 1.0, 1.0});
   // V_Rd,s = A_sw/s z f_ywd cot t with cot t = 2.5, z = 1.26 m: 1.131e-3 x 1.26 x 500e6 x 2.5 = 1.78 MN
-  EXPECT_NEAR(r.stirrups, 1.78e6, 0.08 * 1.78e6);
+  EXPECT_NEAR(r.stirrups, 1.78e6, 0.002 * 1.78e6);
   // V_Rd,c = (0.15 k (100 rho f_ck)^(1/3) + 0.15 s_cp) b d, k 1.378, rho 0.000935: (0.15 x 1.378 x 1.411 + 0.15 x 0.444) x 4.2 = 1.505 MN;
   // the least value (0.035 k^1.5 f_ck^0.5 + 0.15 s_cp) = 0.377: 1.583 MN governs
   EXPECT_NEAR(r.concrete, 1.583e6, 0.01e6);
+}
+
+namespace {
+constexpr double two_legs = 2 * M_PI / 4 * 0.012 * 0.012;
+
+/// A square column of `size`, its ties of 12 mm at `levels`.
+std::pair<Pier, std::vector<rebar::Bar>> tied(double size, double height, const std::vector<double>& levels) {
+  Pier pier;
+  pier.shape.width = pier.shape.depth = size, pier.shape.length = pier.clear = height;
+  std::vector<rebar::Bar> ties;
+  const double a = size / 2 - 0.046;
+  for (double z : levels) {
+    rebar::Bar b;
+    b.diameter = 0.012;
+    b.points = {Vec3(-a, -a, z), Vec3(a, -a, z), Vec3(a, a, z), Vec3(-a, a, z), Vec3(-a, -a, z)};
+    ties.push_back(b);
+  }
+  return {pier, ties};
+}
+}  // namespace
+
+// EN 1992-1-1 6.2.3: A_sw / s of regular stirrups, whatever the spacing, the height of the column and the section asked for.
+TEST(Members, StirrupsByRuleGiveTheirAreaOverTheirSpacing) {
+  for (double spacing : {0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.6})
+    for (double height : {2.0, 3.0, 3.1, 3.37}) {
+      rebar::Member m;
+      m.width = m.depth = 0.4, m.length = height;
+      Pier pier;
+      pier.shape = m, pier.clear = height;
+      rebar::StirrupRule rule;
+      rule.diameter = 0.012, rule.cover = 0.04, rule.spacing = spacing;
+      const auto ties = rebar::stirrups(m, rule);
+      for (double at : {0.0, 0.1, 0.25 * height, 0.5 * height, height - 0.03, height})
+        EXPECT_NEAR(shear_input(pier, ties, at, 0, 0).stirrup_area_per_length / (two_legs / spacing), 1, 1e-9) << spacing << ' ' << height << ' ' << at;
+    }
+}
+
+TEST(Members, StirrupsAtUnevenLevelsShareTheLengthBetweenThem) {
+  // By turns 0.1 and 0.3 m apart: 0.2 m each. Then none from 2.1 m on: a tie stands for one spacing beyond it, no more.
+  const auto [pier, ties] = tied(0.4, 6, {0.1, 0.2, 0.5, 0.6, 0.9, 1.0, 1.3, 1.4, 1.7, 1.8, 2.1});
+  EXPECT_NEAR(shear_input(pier, ties, 1.0, 0, 0).stirrup_area_per_length, two_legs / 0.2, 1e-9);
+  EXPECT_EQ(shear_input(pier, ties, 4.0, 1, 0).stirrup_area_per_length, 0);
+  // Two ties at one level, the second a diameter above, count both; so do the turns of a spiral that is one bar.
+  auto [same, double_ties] = tied(0.4, 3, {0.15, 0.162, 0.45, 0.462, 0.75, 0.762, 1.05, 1.062, 1.35, 1.362, 1.65, 1.662, 1.95, 1.962});
+  EXPECT_NEAR(shear_input(same, double_ties, 1.1, 0, 0).stirrup_area_per_length, 2 * two_legs / 0.3, 1e-9);
+  rebar::Bar spiral;
+  spiral.diameter = 0.012;
+  for (int i = 0; i <= 4 * 20; ++i) spiral.points.push_back(Vec3((i + 1) / 2 % 2 ? 0.154 : -0.154, i / 2 % 2 ? 0.154 : -0.154, 0.15 * i / 4));
+  EXPECT_NEAR(shear_input(same, {spiral}, 1.5, 0, 0).stirrup_area_per_length, two_legs / 0.15, 0.01 * two_legs / 0.15);
 }
 
 TEST(Members, ShearInputOfARoundAndAHollowPier) {
