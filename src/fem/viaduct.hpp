@@ -13,7 +13,7 @@
 /// piers_per_bent    1         side by side across the axis, pier_spacing apart         -
 /// pier_spacing      4                                                                  m
 /// pier_width        1.5       section along the axis; pier_depth across                m
-/// pier_depth        1.5                                                                m
+/// pier_depth        1.5       round piers: pier_diameter in place of both              m
 /// cap_height        1.0       cap_width (pier_width + 0.5) along, cap_length (deck_width) across  m
 /// deck_width        8         deck_depth 1.5, slab_thickness 0.3, girders 0 (solid), girder_width 0.5   m
 /// bottom_slab       0         thickness of a slab that closes the girders to a box          m

@@ -76,6 +76,16 @@ void check(const StructureSpec& spec, const Measures& m) {
   if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
 }
 
+/// Of round piers; what else a pier measures if nothing is said.
+double diameter_of(const StructureSpec& spec, const Given& given) {
+  const double diameter = given.number("pier_diameter", 1.5, 0.1);
+  if (!given.has("pier_diameter")) return diameter;
+  if (spec.section != "round") bad(spec, "pier_diameter", fmt::format("{:g} m", diameter), "only a round section has a diameter", "write section = \"round\", or give pier_width and pier_depth");
+  for (const char* key : {"pier_width", "pier_depth"})
+    if (const double other = given.number(key, diameter, 0.1); other != diameter) bad(spec, key, fmt::format("{:g} m", other), "differs from pier_diameter, and a round pier has one diameter", "remove it");
+  return diameter;
+}
+
 Measures measures_of(const StructureSpec& spec) {
   const Given given(spec);
   Measures m{};
@@ -83,8 +93,9 @@ Measures measures_of(const StructureSpec& spec) {
   m.length = given.number("span_length", 20, 1);
   m.across = given.count("piers_per_bent", 1, 1, 100);
   m.pier_spacing = given.number("pier_spacing", 4, 0.1);
-  m.pier_x = given.number("pier_width", 1.5, 0.1);
-  m.pier_y = given.number("pier_depth", 1.5, 0.1);
+  const double diameter = diameter_of(spec, given);
+  m.pier_x = given.number("pier_width", diameter, 0.1);
+  m.pier_y = given.number("pier_depth", diameter, 0.1);
   m.cap_z = given.number("cap_height", 1.0, 0.1);
   m.cap_x = given.number("cap_width", m.pier_x + 0.5, 0.1);
   m.deck_y = given.number("deck_width", 8, 0.2);

@@ -92,7 +92,7 @@ std::vector<Key> structure_keys() {
   viaduct("piers_per_bent", number, "1", "Viaduct: piers side by side under one cap beam, a whole number.");
   viaduct("pier_width", length, "1.5 m", "Viaduct: pier section along the axis.");
   viaduct("pier_depth", length, "1.5 m", "Viaduct: pier section across the axis.");
-  viaduct("pier_diameter", length, "none", "Viaduct: diameter of round piers (section = \"round\").");
+  viaduct("pier_diameter", length, "none", "Viaduct: diameter of round piers (section = \"round\"); the same as `diameter`, in place of pier_width and pier_depth.");
   viaduct("cap_height", length, "1 m", "Viaduct: height of the cap beams.", 0, false);
   viaduct("cap_width", length, "pier_width + 0.5 m", "Viaduct: cap beam along the axis.");
   viaduct("cap_length", length, "deck_width", "Viaduct: cap beam across the axis.");

@@ -80,6 +80,18 @@ void read_refinements(const View& view, StructureSpec& spec) {
   else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells");
 }
 
+/// A viaduct's own key for what `diameter` says; a resolved scene has width and depth beside it.
+void read_pier_diameter(const View& view, StructureSpec& spec) {
+  const auto diameter = view.maybe("pier_diameter");
+  if (!diameter) return;
+  if (spec.section != "round") return view.problem("pier_diameter", "only a round section has a diameter", "write section = \"round\"");
+  if (view.has("diameter") || view.has("section_size")) return view.problem("pier_diameter", "the section has its diameter already", "keep one of them");
+  for (const char* key : {"pier_width", "pier_depth"}) {
+    if (!view.has(key)) spec.parameters.emplace_back(key, *diameter);
+    else if (const auto other = view.maybe(key); other && *other != *diameter) view.problem(key, "differs from pier_diameter, and a round pier has one diameter", "remove it");
+  }
+}
+
 void read_section(const View& view, StructureSpec& spec) {
   Vec3 outer = Vec3::Zero();
   if (const Node* node = view.get("section"); node && node->kind == Node::Kind::array) {
@@ -100,6 +112,7 @@ void read_section(const View& view, StructureSpec& spec) {
   if (spec.section == "hollow" && outer.x() > 0 && 2 * spec.wall_thickness >= std::min(outer.x(), outer.y()))
     view.problem("wall_thickness", "twice the wall must be less than the section", "make it thinner, or the section rectangular");
   if (spec.kind != "column") {
+    if (spec.kind == "viaduct" && view.has("pier_diameter")) return read_pier_diameter(view, spec);
     if (outer.x() > 0 && spec.kind == "viaduct") {
       spec.parameters.emplace_back("pier_width", outer.x());
       spec.parameters.emplace_back("pier_depth", outer.y());

@@ -32,7 +32,7 @@ std::optional<Fineness> fineness(const StructureSpec& spec) {
   for (const StructureSpec::Refinement& zone : spec.refinements) size = std::min(size, zone.cell_size);
   const bool walls = spec.section == "hollow" && spec.kind != "box" && spec.wall_thickness > 0;
   if (spec.kind == "viaduct") {
-    const double width = parameter(spec, "pier_width", 1.5), depth = parameter(spec, "pier_depth", 1.5);
+    const double diameter = parameter(spec, "pier_diameter", 1.5), width = parameter(spec, "pier_width", diameter), depth = parameter(spec, "pier_depth", diameter);
     const double section = walls ? spec.wall_thickness : std::min(width, depth);
     return Fineness{section, along(section, size)};
   }

@@ -227,6 +227,10 @@ TEST(ViaductShapes, VolumeWeightAndRestOfEverySectionAndDeck) {
   StructureSpec pairs = viaduct({{"piers_per_bent", 2}, {"pier_spacing", 4}});
   pairs.section = "round";
   cases.push_back({"pairs of round piers", pairs, 6 * 6 * pi * 0.64 + caps + solid});
+  StructureSpec by_diameter = viaduct({{"pier_diameter", 1.6}});
+  by_diameter.section = "round";
+  std::erase_if(by_diameter.parameters, [](const auto& p) { return p.first == "pier_width" || p.first == "pier_depth"; });
+  cases.push_back({"round by pier_diameter", by_diameter, 3 * 6 * pi * 0.64 + caps + solid});
   StructureSpec hollow = viaduct({});
   hollow.section = "hollow";
   hollow.wall_thickness = 0.3;
@@ -269,6 +273,10 @@ TEST(ViaductShapes, MeasuresThatDoNotFitAreErrors) {
   for (auto& [key, value] : narrow.parameters)
     if (key == "cap_width") value = 1.65;
   EXPECT_THROW(FemStructure(narrow, Vec3::Zero(), silent), InputError);
+  EXPECT_THROW(viaduct_plan(viaduct({{"pier_diameter", 1.6}})), InputError);   // not round
+  StructureSpec twice = viaduct({{"pier_diameter", 1.5}});                     // and a pier_width of 1.6 m
+  twice.section = "round";
+  EXPECT_THROW(viaduct_plan(twice), InputError);
   // A deck's end rests on half of the cap beam less half of the joint of 5 cm: 0.975 m of 2 m.
   for (const double seat : {0.97, 0.98}) {
     StructureSpec long_seat = viaduct({{"bearing_seat", seat}});

@@ -328,6 +328,31 @@ TEST(ReadScene, EveryKindResolves) {
   }
 }
 
+// `diameter` and `pier_diameter` say the same of a viaduct; given both, or with another width, neither holds.
+TEST(ReadScene, RoundPiersByTheirDiameter) {
+  const Place place;
+  const auto viaduct = [&](const std::string& section) {
+    const std::string text = full.substr(0, full.find("[[structure]]")) + "[[structure]]\nmaterial = \"C40\"\nkind = \"viaduct\"\nposition = [9, 0, 0]\ncell_size = 0.5\n" + section + "\n";
+    try {
+      return read_scene_text(text, place.scene()).structures[0].parameters;
+    } catch (const InputError& e) {
+      return std::vector<std::pair<std::string, double>>{{e.what(), 0}};
+    }
+  };
+  const auto one = viaduct("section = \"round\"\ndiameter = 1.2");
+  EXPECT_EQ(viaduct("section = \"round\"\npier_diameter = 1.2"), one);
+  EXPECT_EQ(viaduct("section = \"round\"\npier_diameter = 1.2\npier_width = 1.2\npier_depth = 1.2"), one);
+  const auto refused = [&](const std::string& section, const std::string& rule) {
+    const std::string said = viaduct(section)[0].first;
+    EXPECT_NE(said.find(rule), std::string::npos) << section << "\n" << said;
+  };
+  refused("section = \"round\"\ndiameter = 1.2\npier_diameter = 1.2", "the section has its diameter already");
+  refused("section = \"round\"\npier_diameter = 1.2\npier_width = 1.5", "differs from pier_diameter");
+  refused("section = \"round\"\npier_diameter = 1.2\npier_depth = 1.5", "differs from pier_diameter");
+  refused("section = \"round\"\npier_diameter = 1.2\nsection_size = [1.2, 1.2]", "the section has its diameter already");
+  refused("pier_diameter = 1.2", "only a round section has a diameter");
+}
+
 TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   const Place place;
   const std::string structure = full.substr(full.find("[[structure]]"));
