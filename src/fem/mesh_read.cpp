@@ -1,8 +1,9 @@
 // A structure's mesh from a file of volume cells: hexahedra as they are, tetrahedra cut into four hexahedra each (at the midpoints of
-// edges, faces and the cell).
+// edges, faces and the cell). The two may not meet: what a tetrahedron is cut at, a hexahedron does not have.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <optional>
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
@@ -43,6 +44,43 @@ void subdivide_tets(SolidMesh& mesh) {
   mesh.tets.clear();
 }
 
+/// A tetrahedron and a hexahedron that meet, and how many tetrahedra do so.
+struct Meeting { std::size_t tet = 0, hex = 0; int nodes = 0, count = 0; };
+
+/// The widest meeting, if any: in a face or an edge. One common node is a joint, and stays one.
+std::optional<Meeting> meeting(const SolidMesh& mesh) {
+  std::vector<std::vector<std::size_t>> hexes_at(mesh.nodes.size());
+  for (std::size_t h = 0; h < mesh.hexes.size(); ++h)
+    for (int n : mesh.hexes[h]) hexes_at[static_cast<std::size_t>(n)].push_back(h);
+  Meeting found;
+  for (std::size_t t = 0; t < mesh.tets.size(); ++t) {
+    std::map<std::size_t, int> common;
+    for (int n : mesh.tets[t])
+      for (std::size_t h : hexes_at[static_cast<std::size_t>(n)]) ++common[h];
+    bool meets = false;
+    for (const auto& [hex, nodes] : common) {
+      meets = meets || nodes > 1;
+      if (nodes > std::max(found.nodes, 1)) found.tet = t, found.hex = hex, found.nodes = nodes;
+    }
+    found.count += meets ? 1 : 0;
+  }
+  if (found.count == 0) return {};
+  return found;
+}
+
+/// Throws InputError where nodes would hang between the corners of a hexahedron: the structure would be too soft, and nothing would tell.
+void check_meetings(const SolidMesh& mesh, const StructureSpec& spec) {
+  const auto found = meeting(mesh);
+  if (!found) return;
+  Problem p;
+  p.file = spec.file;
+  p.key = "structure." + spec.name + ".file";
+  p.value = fmt::format("cell {} (tetrahedron) and cell {} (hexahedron) meet in {} nodes", mesh.tet_numbers[found->tet], mesh.hex_numbers[found->hex], found->nodes);
+  p.rule = fmt::format("tetrahedra may not meet hexahedra in a face or an edge ({} tetrahedra do): they are computed with nodes at the midpoints of edges and faces, which a hexahedron does not hold", found->count);
+  p.remedy = "mesh each connected part with hexahedra alone or tetrahedra alone";
+  throw InputError(p);
+}
+
 }  // namespace
 
 HexMesh read_mesh(const StructureSpec& spec) {
@@ -55,6 +93,7 @@ HexMesh read_mesh(const StructureSpec& spec) {
     throw InputError(p);
   }
   SolidMesh raw = read_solid_mesh(spec.file);
+  check_meetings(raw, spec);
   subdivide_tets(raw);
   if (raw.hexes.empty()) {
     Problem p;

@@ -63,6 +63,15 @@ TEST(BadMesh, TetrahedraByTheirNumberInTheFile) {
   expect_in(refused(from_text(text)), {"cell 802 (tetrahedron)", "inverted"});
 }
 
+// A tetrahedron is cut at midpoints that a hexahedron on the same face or edge does not have: they would hang free between its corners.
+TEST(BadMesh, TetrahedraOnHexahedra) {
+  const std::string text = std::string(sixteen_nodes) + first_cell + "*NODE\n117,0.5,0.5,2\n118,1.5,-1,2\n*ELEMENT, TYPE=C3D4\n";
+  expect_in(refused(from_text(text + "801,105,106,107,117\n802,105,107,108,117\n")),
+            {"cell 801 (tetrahedron) and cell 701 (hexahedron) meet in 3 nodes", "2 tetrahedra", "midpoints", "hexahedra alone or tetrahedra alone"});
+  expect_in(refused(from_text(text + "801,105,106,118,117\n")), {"meet in 2 nodes"});
+  EXPECT_EQ(refused(from_text(text + "801,109,110,112,113\n")), "accepted");   // each in its own part
+}
+
 TEST(BadMesh, ANodeThatIsGivenTwoPlaces) {
   expect_in(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0.5\n" + first_cell)), {"node 103", ":18"});
   EXPECT_EQ(refused(from_text(std::string(sixteen_nodes) + "103,1,1,0\n" + first_cell)), "accepted");
