@@ -151,7 +151,7 @@ void SummaryBuilder::add(const HistoryRow& row) {
   for (std::size_t i = 0; i < row.position.size() && i < blocks_.size(); ++i) add_block(i, row);
   for (std::size_t i = 0; i < row.structures.size() && i < structures_.size(); ++i) add_structure(i, row);
   if (!any_) first_ = row.ledger;
-  if (const double step = std::abs(row.ledger.by_the_scheme() - last_.by_the_scheme()); any_ && step > algorithmic_step_) {
+  if (const double step = row.ledger.by_the_scheme() - last_.by_the_scheme(); any_ && std::abs(step) > std::abs(algorithmic_step_)) {
     algorithmic_step_ = step;
     algorithmic_from_ = ledger_time_;
     algorithmic_to_ = row.time;
@@ -159,6 +159,7 @@ void SummaryBuilder::add(const HistoryRow& row) {
   ledger_time_ = row.time;
   any_ = true;
   last_ = row.ledger;
+  springs_ = springs_ || row.ledger.contact != 0;
   kinetic_peak_ = std::max(kinetic_peak_, row.ledger.kinetic);
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_)) residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
 }
@@ -176,15 +177,28 @@ double SummaryBuilder::failed_before_strike(std::size_t structure) const {
   return loss < 0 || header_.structures[structure].loaded || (first != nullptr && first->start <= loss) ? -1 : loss;
 }
 
-/// What lessens the energy that the scheme itself takes or makes, by the keys that this run's steps go by.
+/// What lessens the energy that the scheme itself takes or makes in contacts, by the keys that this run's steps go by.
 std::string SummaryBuilder::against_algorithmic() const {
-  const std::string springs = "; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness";
+  const std::string springs = springs_ ? "; if springs sink by more than a tenth of a block, a stiffer interface.normal_stiffness" : "";
   switch (steps_) {
-    case Steps::by_accuracy: return "Set a lower simulation.accuracy" + springs;
-    case Steps::fixed: return "Set a shorter simulation.step, or simulation.accuracy in its place" + springs;
+    case Steps::by_accuracy: return "set a lower simulation.accuracy" + springs;
+    case Steps::fixed: return "set a shorter simulation.step, or simulation.accuracy in its place" + springs;
     case Steps::scheme_1988: break;
   }
-  return "It is the scheme of 1988 that does so: see whether it lessens with a shorter simulation.step, or take simulation.method = \"talus\"";
+  return "it is the scheme of 1988 that does so: see whether it lessens with a shorter simulation.step, or take simulation.method = \"talus\"";
+}
+
+/// Energy that the scheme itself takes or makes: how much, when, and what the run has that can lessen it.
+std::string SummaryBuilder::algorithmic_warning() const {
+  const double sum = last_.by_the_scheme();
+  std::string text = fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy, {} (energy.algorithmic)", sum > 0 ? "took" : "made", engineering(std::abs(sum), "J"), 100 * std::abs(sum) / kinetic_peak_, engineering(kinetic_peak_, "J"));
+  if (algorithmic_step_ / sum > 0.5) text += fmt::format(", most of it between t = {:.6g} and {:.6g} s", algorithmic_from_, algorithmic_to_);
+  text += ".";
+  const bool contacts = structures_.size() > 1 || std::any_of(header_.blocks.begin(), header_.blocks.end(), [](const auto& b) { return !b.fixed; });
+  if (contacts) text += " Contacts: " + against_algorithmic() + ".";
+  if (!structures_.empty()) text += " Structures: their sub-steps are their own; see whether it lessens with a lower structure.critical_step_fraction.";
+  text.pop_back();
+  return text;
 }
 
 std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
@@ -195,9 +209,7 @@ std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
   if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least * mass)
-    list.push_back(fmt::format("the scheme itself {} {}, {:.2g} % of the largest kinetic energy ({}), most of it between t = {:.6g} and {:.6g} s: losses of springs and positions that the step did "
-                               "not resolve (energy.algorithmic). {}",
-                               last_.by_the_scheme() > 0 ? "took" : "made", engineering(std::abs(last_.by_the_scheme()), "J"), 100 * std::abs(last_.by_the_scheme()) / kinetic_peak_, engineering(kinetic_peak_, "J"), algorithmic_from_, algorithmic_to_, against_algorithmic()));
+    list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
       list.push_back(fmt::format("{} fails under permanent load at t = {:.3g} s, before any block arrives: what the run says of an impact on it is void. Check its section, reinforcement and supports, "

@@ -113,6 +113,7 @@ class SummaryBuilder {
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
   std::string against_algorithmic() const;
+  std::string algorithmic_warning() const;
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
@@ -133,7 +134,7 @@ class SummaryBuilder {
   std::vector<Impact> impacts_;
   std::vector<std::vector<Open>> open_of_;
   sim::LedgerRow first_, last_;
-  bool any_ = false;
+  bool any_ = false, springs_ = false;   // a row was there; contacts held energy
   double algorithmic_step_ = 0, algorithmic_from_ = 0, algorithmic_to_ = 0, ledger_time_ = 0;   // between which rows the scheme made or took most [J], [s]
   double time_ = 0, kinetic_peak_ = 0, residual_worst_ = 0, residual_worst_time_ = 0;
 };

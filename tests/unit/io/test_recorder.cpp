@@ -184,6 +184,53 @@ TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
   EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
 }
 
+/// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what went the other way.
+TEST(Recorder, TheTimeOfWhatTheSchemeTakesIsNamedOnlyWhereMostOfItIs) {
+  const sim::RunHeader header = small().header();
+  const auto warning = [&](std::vector<double> taken) {
+    io::SummaryBuilder builder(header);
+    double sum = 0;
+    for (std::size_t i = 0; i <= taken.size(); ++i) {
+      sim::HistoryRow row = small().row(0.1 * static_cast<double>(i), static_cast<int>(header.blocks.size()));
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = i == 0 ? 0 : sum += taken[i - 1];
+      builder.add(row);
+    }
+    return io::summary_warnings(builder.text(nullptr)).at(0);
+  };
+  const std::string most = "most of it between";
+  EXPECT_NE(warning({5e3, 16e3, 9e3}).find(most + " t = 0.1 and 0.2 s"), std::string::npos) << warning({5e3, 16e3, 9e3});
+  EXPECT_EQ(warning({5e3, 14e3, 11e3}).find(most), std::string::npos);
+  EXPECT_EQ(warning({-60e3, 25e3, 55e3}).find("t = 0 and 0.1"), std::string::npos);
+}
+
+/// Structures go in sub-steps of their own, which simulation.step does not shorten; springs are a remedy where there are some.
+TEST(Recorder, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
+  const auto warning = [&](bool blocks, bool structures, double springs) {
+    sim::RunHeader header = small().header();
+    if (!blocks) header.blocks.clear();
+    if (!structures) header.structures.clear();
+    io::SummaryBuilder builder(header, io::Steps::fixed);
+    for (int i = 0; i < 2; ++i) {
+      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
+      if (!structures) row.structures.clear();
+      row.ledger.kinetic = 1e6;
+      row.ledger.algorithmic = 2.5e4 * i;
+      row.ledger.contact = springs;
+      builder.add(row);
+    }
+    return io::summary_warnings(builder.text(nullptr)).at(0);
+  };
+  const auto says = [](const std::string& text, std::initializer_list<const char*> there, std::initializer_list<const char*> not_there) {
+    for (const char* part : there) EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+    for (const char* part : not_there) EXPECT_EQ(text.find(part), std::string::npos) << part << " in " << text;
+  };
+  const char* const step = "simulation.step"; const char* const fraction = "structure.critical_step_fraction"; const char* const stiffness = "normal_stiffness";
+  says(warning(false, true, 0), {fraction}, {step, stiffness});
+  says(warning(true, false, 0), {step}, {fraction, stiffness});
+  says(warning(true, true, 10), {step, stiffness, fraction}, {});
+}
+
 /// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988 knows none.
 TEST(Recorder, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
   const sim::RunHeader header = small().header();
