@@ -345,8 +345,31 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
     lines.push_back(fmt::format("{} was not hit.", info.name));
     if (s.damage > 0) member_lines(i, lines);
   }
+  piece_line(i, lines);
   if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half{}.", s.damage, s.damaged_volume,
                                                 s.spalled_volume > 0 ? fmt::format(", {:.3g} m^3 eroded or come off", s.spalled_volume) : std::string()));
+}
+
+/// What came off a structure, a whole span or splinters.
+void SummaryBuilder::piece_line(std::size_t structure, std::vector<std::string>& lines) const {
+  constexpr double least = 0.1;   // [m] less is no fall
+  std::size_t count = 0, heaviest = 0;
+  double mass = 0, first = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    if (!is_own(static_cast<int>(i), static_cast<int>(structure)) || !blocks_[i].born) continue;
+    if (count++ == 0 || header_.blocks[i].mass > header_.blocks[heaviest].mass) heaviest = i;
+    mass += header_.blocks[i].mass;
+    first = std::min(first, blocks_[i].birth);
+  }
+  if (count == 0) return;
+  const auto tonnes = [](double kilograms) { return fmt::format("{:.3g} t", kilograms / 1e3); };
+  const std::string& name = header_.structures[structure].name;
+  std::string text = count == 1 ? fmt::format("1 piece of {} came off {} at {:.3f} s", tonnes(mass), name, first)
+                                : fmt::format("{} pieces of {} in all came off {}, the first at {:.3f} s", count, tonnes(mass), name, first);
+  if (count > 1) text += fmt::format("; the heaviest, {} of {},", header_.blocks[heaviest].name, tonnes(header_.blocks[heaviest].mass));
+  else text += "; it";
+  const double fall = blocks_[heaviest].start.z() - blocks_[heaviest].end.z();
+  lines.push_back(text + (fall > least ? " fell " + length(fall) : fmt::format(" has moved {} so far", length((blocks_[heaviest].end - blocks_[heaviest].start).norm()))) + ".");
 }
 
 void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines) const {

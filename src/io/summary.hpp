@@ -98,6 +98,7 @@ class SummaryBuilder {
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
   /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
   void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  void piece_line(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   bool moves(std::size_t block) const;
   bool struck(std::size_t block) const;

@@ -373,6 +373,32 @@ TEST(Recorder, ForcesOfNoRunAreNoForces) {
   EXPECT_NEAR(apart.filtered_peak(), alone.filtered_peak(), 1e-6 * alone.filtered_peak());
 }
 
+/// A span or a piece that comes off heads the page, also where no block struck: how many, how heavy, since when, how deep the heaviest fell.
+TEST(Headline, TellsWhatCameOff) {
+  SyntheticRun run = small();
+  const auto told = [&](int pieces, bool loaded) {
+    sim::RunHeader header = run.header();
+    header.structures[0].loaded = loaded;
+    header.terrain = {};
+    io::SummaryBuilder builder(header);
+    builder.add(run.row(0.1, 2));
+    std::vector<sim::RunHeader::BlockInfo> list(static_cast<std::size_t>(pieces), run.fragment_info());
+    for (std::size_t i = 0; i < list.size(); ++i) list[i].from = 0, list[i].name = "P2.fragment" + std::to_string(i + 1), list[i].mass = i == 1 ? 50e3 : 2e3;
+    builder.extend(list);
+    for (int k = 0; k < 2; ++k) {
+      sim::HistoryRow row = run.row(0.25 + 0.2 * k, 2 + pieces);
+      for (int i = 2; i < 2 + pieces; ++i) row.position[static_cast<std::size_t>(i)] = Vec3(0, 0, 5 - 1.25 * k);
+      builder.add(row);
+    }
+    std::string all;
+    for (const std::string& line : io::summary_headline(builder.text(nullptr))) all += line + "\n";
+    return all;
+  };
+  EXPECT_EQ(told(0, true).find("came off"), std::string::npos);
+  EXPECT_NE(told(1, true).find("1 piece of 2 t came off P2 at 0.250 s; it fell 1.25 m.\n"), std::string::npos) << told(1, true);
+  EXPECT_NE(told(3, false).find("3 pieces of 54 t in all came off P2, the first at 0.250 s; the heaviest, P2.fragment2 of 50 t, fell 1.25 m.\n"), std::string::npos) << told(3, false);
+}
+
 TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
   SyntheticRun run = small();
   sim::RunHeader header = run.header();
