@@ -65,6 +65,16 @@ Steel::Result Steel::operator()(double strain, double rate, const State& before,
   return r;
 }
 
+namespace {
+/// What is wrong with a grade of numbers, in MPa and 1; empty: nothing.
+std::string wrong_in(double f_y, double f_u, double eps_u) {
+  if (!(f_y >= 100 && f_y <= 3000)) return "f_y must be between 100 and 3000 MPa";
+  if (!(f_u >= f_y && f_u <= 4000)) return "f_u must be at least f_y, and at most 4000 MPa";
+  if (!(eps_u > f_y / 200e3 && eps_u < 1)) return fmt::format("eps_u must be between the yield strain, {:.3g}, and 1", f_y / 200e3);
+  return {};
+}
+}  // namespace
+
 Steel::Parameters steel_grade(const std::string& grade, const std::string& key, const std::string& file, int line) {
   struct Row { double f_y, f_u, eps_u, e; };
   // EN 1992-1-1 annex C (A, B, C: eps_uk 2.5, 5, 7.5 %), EN 10138 for strands, EN 10025 for sections.
@@ -82,8 +92,9 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
   }
   double f_y = 0, f_u = 0, eps_u = 0;
   int used = 0;
-  if (std::sscanf(grade.c_str(), "%lf/%lf/%lf%n", &f_y, &f_u, &eps_u, &used) == 3 && used == static_cast<int>(grade.size()) && f_y >= 100 && f_y <= 3000 &&
-      f_u >= f_y && f_u <= 4000 && eps_u > f_y / 200e3 && eps_u < 1) {
+  const bool own = std::sscanf(grade.c_str(), "%lf/%lf/%lf%n", &f_y, &f_u, &eps_u, &used) == 3 && used == static_cast<int>(grade.size());
+  const std::string wrong = own ? wrong_in(f_y, f_u, eps_u) : "not a known steel grade";
+  if (wrong.empty()) {
     p.yield = f_y * 1e6;
     p.ultimate = f_u * 1e6;
     p.fracture_strain = eps_u;
@@ -96,7 +107,7 @@ Steel::Parameters steel_grade(const std::string& grade, const std::string& key, 
   problem.line = line;
   problem.key = key;
   problem.value = grade;
-  problem.rule = "not a known steel grade";
+  problem.rule = wrong;
   problem.remedy = "use one of " + names + ", or f_y/f_u/eps_u in MPa and 1, such as 464/630/0.1";
   throw InputError(problem);
 }

@@ -93,6 +93,18 @@ TEST(Steel, GradesAndBadInput) {
   EXPECT_DOUBLE_EQ(own.ultimate, 630e6);
   EXPECT_DOUBLE_EQ(own.fracture_strain, 0.1);
   for (const char* bad : {"", "B5000", "464", "464/630", "464/400/0.1", "464/630/0.1x", "5/6/0.1"}) EXPECT_THROW(steel_grade(bad), InputError) << bad;
+  const auto rule = [](const char* grade) -> std::string {
+    try {
+      steel_grade(grade);
+    } catch (const InputError& e) {
+      return e.problems().at(0).rule;
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(rule("B5000"), "not a known steel grade");
+  EXPECT_EQ(rule("600/500/0.05"), "f_u must be at least f_y, and at most 4000 MPa");
+  EXPECT_EQ(rule("50/60/0.05"), "f_y must be between 100 and 3000 MPa");
+  EXPECT_EQ(rule("500/540/0.002"), "eps_u must be between the yield strain, 0.0025, and 1");
   Steel::Parameters p;
   p.yield = -1;
   EXPECT_THROW(Steel{p}, InputError);
