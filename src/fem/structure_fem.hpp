@@ -175,6 +175,7 @@ class FemStructure : public Structure {
   LinearDynamics& linear_dynamics();
   bool more_modes();
   bool project(double t);
+  std::string plan_of_steps() const;
   bool rings_in_modes() const;      // linear, and allowed to
   int modes_at_most() const;
   int modes_within(double duration) const;

@@ -190,16 +190,26 @@ double FemStructure::damaged_volume() const {
 }
 long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
 
+/// Steps longer than the explicit ones, and what of the choice of the integrator cannot be.
+std::string FemStructure::plan_of_steps() const {
+  if (spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system)
+    return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
+                       spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor");
+  std::string text = fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
+                                 bearings_ ? "; explicit sub-steps wherever bearings slide" : "");
+  if (spec_.integrator == "modal" && !rings_in_modes())
+    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n", spec_.name,
+                        bearings_ ? "bearings" : bars_ ? "bars" : spec_.damage != "none" ? "damage" : "parts that turn");
+  return text;
+}
+
 std::string FemStructure::plan() const {
   std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
                                  kernels().name, kernels().width);
   if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
-  text += spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system
-              ? fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
-                            spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor")
-              : fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes\n", spec_.name, condensed_by_choice() ? "are at" : "rest on");
+  text += plan_of_steps();
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
                                    spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off", spec_.aggregate > 0 ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate) : "");

@@ -18,6 +18,21 @@ StructureSpec two_spans() {
   return s;
 }
 
+/// What is asked of the integrator and cannot be stands in the plan: bearings have no modes, and take explicit steps as they slide.
+TEST(Bearings, ThePlanSaysWhatTheIntegratorCannotDo) {
+  const auto plan = [](const char* integrator) {
+    StructureSpec s = two_spans();
+    s.integrator = integrator;
+    return FemStructure(s, Vec3(0, 0, -9.81), test::silent).plan();
+  };
+  const std::string slides = "explicit sub-steps wherever bearings slide", no_modes = "integrator = \"modal\" finds no modes (bearings)";
+  for (const char* integrator : {"auto", "implicit", "modal"}) {
+    EXPECT_NE(plan(integrator).find(slides), std::string::npos) << plan(integrator);
+    EXPECT_EQ(plan(integrator).find(no_modes) != std::string::npos, std::string(integrator) == "modal") << plan(integrator);
+  }
+  EXPECT_EQ(plan("explicit").find(slides), std::string::npos);   // they are all the time
+}
+
 /// A deck that is pressed 1 mm into its bearings and pushed across its cap beams, which are 4 m to each side: its forces act on the caps where it lies. Between deck and cap
 /// there is no couple but those of friction over the height between node and foot, and of the weight on springs that lean.
 TEST(Bearings, ForcesActWhereTheDeckHasSlipped) {
