@@ -66,28 +66,34 @@ void IslandStepper::find(double h, bool at_start) {
   gather_touches();
 }
 
-/// The touches again after a projection moved blocks from their last poses, between blocks and with what is fixed: searched again, or where so
-/// little was moved since (`carried`, per pair [m]) that its square is below what is projected to, carried along.
+/// The touches again after a projection moved blocks from their last poses, between blocks and with what is fixed: searched again, or where the two have
+/// so little moved since against each other, or turned (`carried`, per pair [m]), that its square is below what is projected to, carried along.
 void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double>& carried) {
-  std::vector<double> way(bodies_.size());
+  struct Way {
+    Vec3 shift = Vec3::Zero();
+    double turn = 0;   // of its farthest points [m]
+  };
+  std::vector<Way> ways(bodies_.size());
   contact::in_ranges(static_cast<int>(bodies_.size()), bodies_at_once, [&](int from, int to) {
     for (auto i = static_cast<std::size_t>(from); i < static_cast<std::size_t>(to); ++i) {
       const Pose now = dda::pose(state_, bodies_[i].block);
-      way[i] = (now.c - last[i].c).norm() + model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm();
+      ways[i] = {now.c - last[i].c, model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius * (now.F - last[i].F).norm()};
     }
   });
   const auto way_of = [&](int block) {
     const int l = local_[static_cast<std::size_t>(block)];
-    return l >= 0 ? way[static_cast<std::size_t>(l)] : 0.0;
+    return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
+  const double carries = (in_large_heap() ? 1e-4 : 1e-5) * length_;
   std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];
     if (moving_skin(pair.a)) return;
-    const double moved = way_of(pair.b) + (pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : 0.0);
-    if (moved == 0) return;
+    const Way b = way_of(pair.b), a = pair.a.kind == Partner::Kind::block ? way_of(pair.a.index) : Way{};
+    const double moved = (b.shift - a.shift).norm() + b.turn + a.turn;
+    if (moved == 0 && b.shift.isZero(0)) return;
     carried[i] += moved;
-    if (carried[i] > 1e-5 * length_) {
+    if (carried[i] > carries) {
       look(i);
       carried[i] = 0;
       searched.store(true, std::memory_order_relaxed);

@@ -76,7 +76,8 @@ double IslandStepper::project(double h) {
   // Sub-steps at a structure drift by a ten-millionth of a block each: led back once it shows, to a tenth of that.
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
   if (deepest <= shows && drifted <= shows) return deepest;
-  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : tolerance;
+  // What one pass leaves of a large heap is led back with the next step's: each pass searches all of its contacts.
+  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : in_large_heap() ? std::max(tolerance, 1e-8 * thinnest) : tolerance;
   // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a heap a pass that comes as close saves one, and its
   // search of rows; and only what is as near as a column of blocks could move becomes a row.
   const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted), in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
@@ -88,7 +89,7 @@ double IslandStepper::project(double h) {
   std::vector<double> fall, turning;           // energies that the motion takes, per body [J]
   double least = std::max(deepest, drifted);   // so far
   int fruitless = 0;        // passes in a row that did not halve it, those without a solution twice: what is jammed stays in each other
-  for (int pass = 0; pass < 24 && std::max(deepest, drifted) > left && fruitless < 4; ++pass) {
+  for (int pass = 0; pass < 24 && (pass == 0 || std::max(deepest, drifted) > left) && fruitless < 4; ++pass) {
     ++report_.counters.projections;
     begin_step(0, true);
     for (Body& b : bodies_) {   // how far fixed points of one block are from each other is for its strains to keep
