@@ -31,6 +31,15 @@ std::vector<std::string> components(const std::string& dataset, std::size_t n) {
   return names;
 }
 
+/// Names of what one item holds: by its components, and by number along an axis before them, such as stations of a member.
+std::vector<std::string> parts(const std::string& dataset, const Dims& dims, std::size_t axis) {
+  if (axis + 1 == dims.size()) return components(dataset, dims[axis]);
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < dims[axis]; ++i)
+    for (const std::string& part : parts(dataset, dims, axis + 1)) names.push_back(fmt::format("{}.{}", i, part));
+  return names;
+}
+
 std::string last_part(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 /// Names of the middle axis: blocks, probes.
@@ -62,7 +71,7 @@ void add(const Hdf5File& file, const std::string& path, std::size_t rows, std::v
     for (const std::string& item : items(file, group, dataset, a.dims[1])) c.names.push_back(item + "." + dataset + suffix);
   else
     for (const std::string& item : items(file, group, dataset, a.dims[1]))
-      for (const std::string& x : components(dataset, a.dims[2])) c.names.push_back(item + "." + dataset + "." + x + suffix);
+      for (const std::string& x : parts(dataset, a.dims, 2)) c.names.push_back(item + "." + dataset + "." + x + suffix);
   all.push_back(std::move(c));
 }
 

@@ -86,6 +86,31 @@ TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
   EXPECT_EQ(cells(io::csv_text(results, "/geometry/blocks/vertices")).size(), 25u);
 }
 
+/// Shear of members has four axes: time, member, station, direction. Every row of the file is one time.
+TEST(Convert, ForcesOfMembersStandInTheRowOfTheirTime) {
+  const Scratch scratch;
+  const std::string file = (scratch.path / "members.h5").string(), out = (scratch.path / "shear.csv").string(), group = "/history/structures/V/members/";
+  {
+    io::Hdf5File h5 = io::Hdf5File::create(file);
+    const std::vector<double> time{0, 0.5, 1};
+    h5.write<double>("/history/time", time, {3}, "s");
+    h5.write(group + "name", {"P1", "P2"});
+    std::vector<double> shear;
+    for (int t = 0; t < 3; ++t)
+      for (int m = 1; m <= 2; ++m)
+        for (int s = 0; s < 3; ++s)
+          for (int axis = 0; axis < 2; ++axis) shear.push_back(1000 * t + 100 * m + 10 * s + axis);
+    h5.write<double>(group + "shear", shear, {3, 2, 3, 2}, "N");
+  }
+  io::convert(file + "#" + group + "shear", out);
+  const auto rows = cells(io::read_file(out));
+  ASSERT_EQ(rows.size(), 4u);
+  ASSERT_EQ(rows[0].size(), 13u);
+  const std::size_t at = static_cast<std::size_t>(std::find(rows[0].begin(), rows[0].end(), "P2.shear.2.1 [N]") - rows[0].begin());
+  ASSERT_EQ(at, 12u);
+  for (int t = 0; t < 3; ++t) EXPECT_EQ(rows[static_cast<std::size_t>(t) + 1][at], std::to_string(1000 * t + 221)) << t;
+}
+
 TEST_F(Converted, BadRequestsSayWhatToDo) {
   const std::string out = (scratch.path / "x.csv").string();
   EXPECT_THROW(io::convert(results + "#/history/nothing", out), InputError);
