@@ -381,8 +381,6 @@ class BedFinder {
     if (edge_ && std::isinf(yield_)) push_by_energy(std::span(out).subspan(first));
   }
 
-  /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the borders of a face push along it. The facets' own push, summed over all of them, is the same as
-  /// long as none leans over; one that does was missing there.
   /// A sliver of a part along a border gives no more than a face that counts, which is no narrower than a sliver: d / 2w.
   static Vec3 aside(const Footprint& part) {
     if (!(part.volume > 0)) return Vec3::Zero();
@@ -391,6 +389,8 @@ class BedFinder {
     return size > most ? Vec3(most / size * push) : push;
   }
 
+  /// The columns of an elastic bed hold their energy whatever facet is below them, so that only those at the borders of a face push along it. The facets' own push, summed over all of them, is the same as
+  /// long as none leans over; one that does was missing there.
   static void push_by_energy(std::span<Footprint> parts) {
     for (Footprint& part : parts)
       for (Column& c : part.columns) c.lift = part.normal + aside(part);

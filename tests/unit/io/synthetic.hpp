@@ -247,4 +247,11 @@ struct SyntheticRun {
   mutable double start_energy_ = 0;
 };
 
+inline SyntheticRun small() {
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 4};
+  return run;
+}
+
 }  // namespace talus::test

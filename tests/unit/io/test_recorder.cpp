@@ -17,16 +17,10 @@
 namespace fs = std::filesystem;
 using namespace talus;
 using talus::test::Scratch;
+using talus::test::small;
 using talus::test::SyntheticRun;
 
 namespace {
-
-SyntheticRun small() {
-  SyntheticRun run;
-  run.terrain_nodes = 9;
-  run.cells = {1, 1, 4};
-  return run;
-}
 
 io::RecorderOptions options(const fs::path& directory) {
   io::RecorderOptions o;
@@ -164,94 +158,6 @@ TEST(Recorder, ImpactInTheSummaryHasTheImpulseThatWasPutIn) {
   EXPECT_NE(j["headline"][0].get<std::string>().find(" of rotation)"), std::string::npos) << j["headline"];
 }
 
-TEST(Recorder, SummaryWarnsOfWhatTheSchemeTakesOfTheEnergy) {
-  sim::RunHeader header = small().header();
-  const auto warnings = [&](double algorithmic) {
-    io::SummaryBuilder builder(header);
-    for (int i = 0; i <= 4; ++i) {
-      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
-      row.ledger.kinetic = 1e6;
-      row.ledger.algorithmic = i > 2 ? algorithmic : 0;
-      builder.add(row);
-    }
-    return io::summary_warnings(builder.text(nullptr));
-  };
-  EXPECT_TRUE(warnings(9.9e3).empty());
-  EXPECT_TRUE(warnings(-9.9e3).empty());
-  ASSERT_EQ(warnings(2.5e4).size(), 1u);
-  EXPECT_NE(warnings(2.5e4)[0].find("took 25 kJ, 2.5 %"), std::string::npos) << warnings(2.5e4)[0];
-  EXPECT_NE(warnings(2.5e4)[0].find("between t = 0.2 and 0.3 s"), std::string::npos) << warnings(2.5e4)[0];
-  EXPECT_NE(warnings(-2.5e4)[0].find("made"), std::string::npos);
-}
-
-/// A time is named only if more than half of it fell there; what goes on all the time has none, nor has what went the other way.
-TEST(Recorder, TheTimeOfWhatTheSchemeTakesIsNamedOnlyWhereMostOfItIs) {
-  const sim::RunHeader header = small().header();
-  const auto warning = [&](std::vector<double> taken) {
-    io::SummaryBuilder builder(header);
-    double sum = 0;
-    for (std::size_t i = 0; i <= taken.size(); ++i) {
-      sim::HistoryRow row = small().row(0.1 * static_cast<double>(i), static_cast<int>(header.blocks.size()));
-      row.ledger.kinetic = 1e6;
-      row.ledger.algorithmic = i == 0 ? 0 : sum += taken[i - 1];
-      builder.add(row);
-    }
-    return io::summary_warnings(builder.text(nullptr)).at(0);
-  };
-  const std::string most = "most of it between";
-  EXPECT_NE(warning({5e3, 16e3, 9e3}).find(most + " t = 0.1 and 0.2 s"), std::string::npos) << warning({5e3, 16e3, 9e3});
-  EXPECT_EQ(warning({5e3, 14e3, 11e3}).find(most), std::string::npos);
-  EXPECT_EQ(warning({-60e3, 25e3, 55e3}).find("t = 0 and 0.1"), std::string::npos);
-}
-
-/// Structures go in sub-steps of their own, which simulation.step does not shorten; springs are a remedy where there are some.
-TEST(Recorder, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
-  const auto warning = [&](bool blocks, bool structures, double springs) {
-    sim::RunHeader header = small().header();
-    if (!blocks) header.blocks.clear();
-    if (!structures) header.structures.clear();
-    io::SummaryBuilder builder(header, io::Steps::fixed);
-    for (int i = 0; i < 2; ++i) {
-      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
-      if (!structures) row.structures.clear();
-      row.ledger.kinetic = 1e6;
-      row.ledger.algorithmic = 2.5e4 * i;
-      row.ledger.contact = springs;
-      builder.add(row);
-    }
-    return io::summary_warnings(builder.text(nullptr)).at(0);
-  };
-  const auto says = [](const std::string& text, std::initializer_list<const char*> there, std::initializer_list<const char*> not_there) {
-    for (const char* part : there) EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
-    for (const char* part : not_there) EXPECT_EQ(text.find(part), std::string::npos) << part << " in " << text;
-  };
-  const char* const step = "simulation.step"; const char* const fraction = "structure.critical_step_fraction"; const char* const stiffness = "normal_stiffness";
-  says(warning(false, true, 0), {fraction}, {step, stiffness});
-  says(warning(true, false, 0), {step}, {fraction, stiffness});
-  says(warning(true, true, 10), {step, stiffness, fraction}, {});
-}
-
-/// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988 knows none.
-TEST(Recorder, TheRemedyForEnergyThatTheSchemeMakesNamesKeysOfTheRun) {
-  const sim::RunHeader header = small().header();
-  const auto says = [&](io::Steps steps, const char* what) {
-    io::SummaryBuilder builder(header, steps);
-    for (int i = 0; i < 2; ++i) {
-      sim::HistoryRow row = small().row(0.1 * i, static_cast<int>(header.blocks.size()));
-      row.ledger.kinetic = 1e6;
-      row.ledger.algorithmic = -2.2e6 * i;
-      builder.add(row);
-    }
-    return io::summary_warnings(builder.text(nullptr)).at(0).find(what) != std::string::npos;
-  };
-  using io::Steps;
-  EXPECT_TRUE(says(Steps::by_accuracy, "a lower simulation.accuracy"));
-  EXPECT_FALSE(says(Steps::by_accuracy, "simulation.step"));
-  EXPECT_TRUE(says(Steps::fixed, "a shorter simulation.step"));
-  EXPECT_TRUE(says(Steps::scheme_1988, "a shorter simulation.step"));
-  EXPECT_FALSE(says(Steps::scheme_1988, "accuracy"));
-}
-
 /// What the run's plan tells of a structure is not told again for the structure.
 TEST(Recorder, EveryLineOfThePlanStandsOnce) {
   sim::RunHeader header = small().header();
@@ -371,32 +277,6 @@ TEST(Recorder, ForcesOfNoRunAreNoForces) {
   }
   for (int k = 0; k < 200; ++k) apart.add(3e7 + k * 1e-4, 1e-4, Vec3(1e5, 0, 0));
   EXPECT_NEAR(apart.filtered_peak(), alone.filtered_peak(), 1e-6 * alone.filtered_peak());
-}
-
-/// A span or a piece that comes off heads the page, also where no block struck: how many, how heavy, since when, how deep the heaviest fell.
-TEST(Headline, TellsWhatCameOff) {
-  SyntheticRun run = small();
-  const auto told = [&](int pieces, bool loaded) {
-    sim::RunHeader header = run.header();
-    header.structures[0].loaded = loaded;
-    header.terrain = {};
-    io::SummaryBuilder builder(header);
-    builder.add(run.row(0.1, 2));
-    std::vector<sim::RunHeader::BlockInfo> list(static_cast<std::size_t>(pieces), run.fragment_info());
-    for (std::size_t i = 0; i < list.size(); ++i) list[i].from = 0, list[i].name = "P2.fragment" + std::to_string(i + 1), list[i].mass = i == 1 ? 50e3 : 2e3;
-    builder.extend(list);
-    for (int k = 0; k < 2; ++k) {
-      sim::HistoryRow row = run.row(0.25 + 0.2 * k, 2 + pieces);
-      for (int i = 2; i < 2 + pieces; ++i) row.position[static_cast<std::size_t>(i)] = Vec3(0, 0, 5 - 1.25 * k);
-      builder.add(row);
-    }
-    std::string all;
-    for (const std::string& line : io::summary_headline(builder.text(nullptr))) all += line + "\n";
-    return all;
-  };
-  EXPECT_EQ(told(0, true).find("came off"), std::string::npos);
-  EXPECT_NE(told(1, true).find("1 piece of 2 t came off P2 at 0.250 s; it fell 1.25 m.\n"), std::string::npos) << told(1, true);
-  EXPECT_NE(told(3, false).find("3 pieces of 54 t in all came off P2, the first at 0.250 s; the heaviest, P2.fragment2 of 50 t, fell 1.25 m.\n"), std::string::npos) << told(3, false);
 }
 
 TEST(Recorder, APieceAtItsOwnStructureIsNoStrike) {
