@@ -187,6 +187,8 @@ class Structure {
   virtual double condensed_step(double /*t*/, double /*accuracy*/) { return 0; }
   /// True if it is to be condensed whatever strikes it (integrator implicit or modal).
   virtual bool condensed_by_choice() const { return false; }
+  /// Whether condensed steps of h may begin at t: what they do not resolve of a ringing structure is damped, and is to be a small part of its motion. False: explicit ones until it has decayed so far.
+  virtual bool may_begin(double /*t*/, double /*h*/, double /*accuracy*/) { return true; }
   /// Computes v_hat of a condensed step; predicted_velocity() then gives it. The state stays, but that velocities are brought to the
   /// time of the displacements.
   virtual void predict_condensed(double /*t*/, double /*h*/) {}

@@ -102,7 +102,12 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   while (h > longest * (1 + 1e-9) || h > remaining * (1 + 1e-9)) h *= 0.5;
   find(h);
   if (blow(t, h) || touched_faces() > most_faces) return 0;
-  if (settings_.fixed_step > 0) return std::min(h, remaining);
+  const auto begun = [&](double length) {
+    const bool all = std::all_of(island_->structures.begin(), island_->structures.end(),
+                                 [&](int s) { return env_.structures[static_cast<std::size_t>(s)].structure->may_begin(t, length, settings_.accuracy); });
+    return all ? length : 0.0;
+  };
+  if (settings_.fixed_step > 0) return begun(std::min(h, remaining));
   // At least so many exchanges while the force of a spring rises.
   weigh_springs();
   double rate_sq = 0;
@@ -112,7 +117,7 @@ double IslandStepper::condensed_length(double t, double duration, double remaini
   const double spring = std::max(0.5 * explicit_step, std::min(rise, spring_limit(h, true)));
   while (h > spring) h *= 0.5;
   if (!chosen && h < std::min(least_gain * explicit_step, remaining)) return 0;   // explicit sub-steps cost less
-  return std::min(h, remaining);
+  return begun(std::min(h, remaining));
 }
 
 /// Nodes that the touches at hand may press on, and their compliance.

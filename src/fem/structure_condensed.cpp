@@ -75,6 +75,7 @@ constexpr std::size_t least_levels = 2, most_levels = 6;
 constexpr double turned_most = 0.002;                 // rotation of a cell that K does not follow [rad]: slender parts that lean show their axial stiffness to what is soft in bending
 constexpr double cracked_least = 0.02;                // damage that K takes for granted once a cell has any
 constexpr double crushed_stiffest = 1.05;             // of crushed concrete
+constexpr double start_share = 10, most_start_share = 0.1;   // of the energy of its fastest motion, and what it has dissipated, that a start may take: times the accuracy, and at most
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
 /// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
@@ -270,16 +271,42 @@ void FemStructure::accept_laws() {
   if (damage_) damage_->accept();
 }
 
-/// What h does not resolve of the velocities goes: v = A^-1 M v.
-void FemStructure::smooth_velocities(double h) {
+/// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its own, x = (omega h)^2.
+VecX FemStructure::unresolved_velocities(double h) {
+  starting_ = true;
   const Condensed& c = condensed(h);
   const Condensed::Level& level = *c.levels.back();
-  VecX v(dofs_.size), rhs(dofs_.size);
+  VecX v(dofs_.size), rhs(dofs_.size), kept(dofs_.size);
   gather(dofs_, v_, v);
-  for (int d = 0; d < dofs_.size; ++d) rhs[d] = c.mass[static_cast<std::size_t>(d)] * v[d] / level.scale;
-  level.factor.solve(rhs.data(), v.data());
-  scatter(dofs_, v, v_);
+  for (int pass = 0; pass < 3; ++pass) {
+    for (int d = 0; d < dofs_.size; ++d) rhs[d] = c.mass[static_cast<std::size_t>(d)] * v[d] / level.scale;
+    level.factor.solve(rhs.data(), kept.data());
+    v -= kept;
+  }
+  return v;
+}
+
+void FemStructure::smooth_velocities(double h) {
+  VecX v(dofs_.size);
+  gather(dofs_, v_, v);
+  scatter(dofs_, v - unresolved_velocities(h), v_);
   surface_stale_ = true;
+}
+
+bool FemStructure::may_begin(double t, double h, double accuracy) {
+  if (h_last_ == 0 || !(spec_.damping_ratio > 0) || condensed_by_choice()) return true;   // under way, or with all of its motion
+  follow_frames();
+  const VecX v = unresolved_velocities(h);
+  starting_ = false;
+  double lost = 0;   // its kinetic energy, and as much that it stores
+  for (int d = 0; d < dofs_.size; ++d)
+    if (condensed_->moves[static_cast<std::size_t>(d)]) lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
+  const double most = std::min(start_share * accuracy, most_start_share) * (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+  if (lost <= most) return true;
+  // Damping alone takes so long; contacts and cracks may be quicker.
+  const double quarter = 0.5 * M_PI / lowest_frequency();
+  blow_time_ = t + std::max(0.0, 0.5 * std::log(lost / most) / alpha_ - quarter);
+  return false;
 }
 
 void FemStructure::predict_condensed(double t, double h) { begin_condensed(t, h, spec_.damping_ratio > 0); }

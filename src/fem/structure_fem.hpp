@@ -97,6 +97,7 @@ class FemStructure : public Structure {
   MatX compliance(std::span<const int> nodes) override;
   bool correct_condensed(double t, double h, std::span<const NodeImpulse> impulses) override;
   void undo_condensed() override;
+  bool may_begin(double t, double h, double accuracy) override;
   void struck(double t) override { blow_time_ = t; }
 
   bool quiet() const override;
@@ -174,6 +175,7 @@ class FemStructure : public Structure {
   // structure_modal.cpp
   LinearDynamics& linear_dynamics();
   bool more_modes();
+  void put_off_modes();
   bool project(double t);
   std::string plan_of_steps() const;
   bool rings_in_modes() const;      // linear, and allowed to
@@ -192,6 +194,7 @@ class FemStructure : public Structure {
   double condensed_step(double t, double accuracy, double laws_share);   // the laws may take that part of the stored energy in a period of the first mode
   bool at_ease(double h) const;      // the laws' last evaluation, of a step of length h, takes next to nothing and lets no cell go
   void begin_condensed(double t, double h, bool smoothed);   // `smoothed`: for contacts that may hold nodes, after explicit steps by backward Euler from smoothed velocities
+  VecX unresolved_velocities(double h);
   void smooth_velocities(double h);
   bool loads_hold(double from, double to) const;
   void accept_laws();                // books the last evaluation of the laws, and makes it the accepted one
@@ -275,6 +278,7 @@ class FemStructure : public Structure {
   bool factored_ = false;            // from the start, for its weight or its damping
   int modes_ = 24;                   // asked for; more where the energy needs them
   double modal_try_ = 100;           // lone steps after which modal motion is tried next
+  double modal_excess_ = 1e300;      // what was left out at the last try, over what may be
 
   // several ranks
   std::unique_ptr<Partition> partition_;   // null: all on this process

@@ -120,8 +120,7 @@ std::string FemStructure::advance_alone(double t, double duration) {
       modal_motion(t, duration);
       return "modal";
     }
-    more_modes();
-    modal_try_ = std::max(2 * steps_taken_, steps_worth(modes_));
+    put_off_modes();
   }
   if ((how == "implicit" || (!linear && (how == "modal" || worth))) && ring_on(t, duration)) return "condensed";
   explicit_steps(t, duration);

@@ -22,6 +22,7 @@ struct LinearDynamics {
   // What the modes leave out: it keeps its energy and is damped as they are; its phase is lost.
   VecX rest;                          // velocity that holds the energy, as of its start [m/s]
   double rest_energy = 0, rest_amplitude = 1;   // [J], as of its start; amplitude left of it
+  double excess = 1;                  // amplitude of it as of its start, over what may be left out
 };
 
 }  // namespace talus::fem

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/error.hpp"
 #include "fem/structure_fem.hpp"
@@ -16,8 +17,8 @@ namespace {
 constexpr int most_modes = 384;
 constexpr std::size_t most_values = 4'000'000;   // doubles in the modes
 constexpr double truncated_energy = 1e-3;          // share of the energy in motion that modes left out may hold; or
-constexpr double truncated_motion = 5e-3;          // the largest displacement that they may bring, over the largest of one mode
-constexpr double truncated_most = 0.1;             // and even then no larger share of the energy
+constexpr double truncated_motion = 5e-3;          // the largest displacement that they may bring, over the largest of one mode at the peak so far
+constexpr double truncated_most = 0.1;             // and even then no larger share of the energy, or of the peak's truncated_energy
 }  // namespace
 
 LinearDynamics& FemStructure::linear_dynamics() {
@@ -120,10 +121,26 @@ bool FemStructure::project(double t) {
 
   const VecX about = l.q - omega.cwiseAbs2().cwiseInverse().cwiseProduct(l.participation * l.factor);
   const double kept = 0.5 * (l.rate.squaredNorm() + omega.cwiseProduct(about).squaredNorm());
+  l.excess = 1;
   if (l.rest_energy <= std::max(truncated_energy * kept, 1e-12 * std::max(reference_kinetic_, 1e-12))) return true;
   double motion = 0;
   for (int i = 0; i < omega.size(); ++i) motion = std::max(motion, std::hypot(about[i], l.rate[i] / omega[i]) * l.modes.phi.col(i).cwiseAbs().maxCoeff());
-  return l.rest_energy <= truncated_most * kept && left.cwiseAbs().maxCoeff() + left_rate.cwiseAbs().maxCoeff() / highest <= truncated_motion * motion;
+  const double at_peak = motion * std::sqrt(std::max(1.0, reference_kinetic_ / kept)), brought = left.cwiseAbs().maxCoeff() + left_rate.cwiseAbs().maxCoeff() / highest;
+  l.excess = std::max(brought / (truncated_motion * at_peak), l.rest_energy <= truncated_most * kept ? 0.0 : std::sqrt(l.rest_energy / (truncated_energy * reference_kinetic_)));
+  return l.excess <= 1;
+}
+
+/// Modes did not hold the motion at the last try. When the next is due: with twice as many of them, or where the last doubling did little and damping gets there, once what is left out has decayed.
+void FemStructure::put_off_modes() {
+  const double excess = linear_->excess, wait = alpha_ > 0 ? 2 * std::log(excess) / (alpha_ * critical_step_) : std::numeric_limits<double>::infinity();   // [steps]
+  const bool flat = excess > 0.7 * modal_excess_;
+  modal_excess_ = excess;
+  if (std::isfinite(wait) && (flat || wait < steps_worth(2 * modes_))) {
+    modal_try_ = steps_taken_ + std::max(wait, 100.0);
+    return;
+  }
+  more_modes();
+  modal_try_ = std::max(2 * steps_taken_, steps_worth(modes_));
 }
 
 /// Starts modal motion from the present state, if modes enough for it can be had.
@@ -215,7 +232,7 @@ void FemStructure::leave_modal() {
 
 void FemStructure::save_linear(std::vector<double>& state) const {
   const bool running = linear_ && linear_->running;
-  state.insert(state.end(), {static_cast<double>(modes_), modal_try_, running ? 1.0 : 0.0});
+  state.insert(state.end(), {static_cast<double>(modes_), modal_try_, modal_excess_, running ? 1.0 : 0.0});
   if (!running) return;
   for (const VecX* x : {&linear_->q, &linear_->rate, &linear_->factor, &linear_->rest}) state.insert(state.end(), x->data(), x->data() + x->size());
   state.insert(state.end(), {linear_->rest_energy, linear_->rest_amplitude});
@@ -230,11 +247,12 @@ std::size_t FemStructure::restore_linear(std::span<const double> state) {
     std::copy_n(state.data() + at, count, x);
     at += count;
   };
-  double head[3];
-  take(head, 3);
+  double head[4];
+  take(head, 4);
   modes_ = static_cast<int>(head[0]);
   modal_try_ = head[1];
-  if (head[2] == 0) return at;
+  modal_excess_ = head[2];
+  if (head[3] == 0) return at;
   LinearDynamics& l = linear_dynamics();
   l.q.resize(l.modes.omega.size());
   l.rate.resize(l.modes.omega.size());
