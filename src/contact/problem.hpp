@@ -69,6 +69,7 @@ struct SolveSettings {
   bool exact_coulomb = true;       // De Saxce correction
   int max_newton = 60;
   int max_outer = 60;
+  double proximal = 1e-4;          // compliance over that of the contact, of the first attempt in large problems: the more, the surer and slower it gets nearer
   int most_factorisations = 0;     // of the whole search, which ends unsolved soon after them; 0: as many as it takes
 };
 

@@ -187,8 +187,11 @@ bool Search::unstressed(const SolveSettings& settings, SolveReport& report) {
 bool Search::run(const SolveSettings& settings, SolveReport& report) {
   begin(settings, report);
   const bool small = system.n <= 48;
+  const auto spent = [&] { return settings.most_factorisations > 0 && report.newton >= settings.most_factorisations; };
+  if (spent()) return false;
   // From farther off straight to the path.
-  if ((small || best <= near * settings.velocity_scale) && (newton(1e-4, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+  if ((small || best <= near * settings.velocity_scale) && (newton(small ? 1e-4 : settings.proximal, std::min(settings.max_newton, small ? 20 : 8)) || polish())) return true;
+  if (spent()) return false;
 
   // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last impulses, a path does not.
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
@@ -208,7 +211,7 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   };
   // Near to what suffices and still not there: the rows contradict each other by that much. Better rows are the caller's, and cheaper. Or enough was spent.
   const auto given_up = [&] {
-    if (settings.most_factorisations > 0 && report.newton >= settings.most_factorisations) return true;
+    if (spent()) return true;
     const bool tried = system.contacts() <= 60 ? report.newton > 300 || fruitless >= 2 : report.newton > 150;
     return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
   };

@@ -53,8 +53,8 @@ double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProbl
 }
 
 /// On from what solved a problem, until its contacts give no more than `most` work unearned to what moves [J] or it gets no farther: by sweeps, by Newton's
-/// method, where it is far more by the whole search. `scale`: a velocity beside which the residual is so small that Newton's method goes first [m/s].
-contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double scale, double most, contact::SolveReport r) {
+/// method, where it is far more and no `large` heap by the whole search: a path from where a large one nearly rests ends nowhere nearer, Newton's method with a strong proximal term does. `scale`: a velocity beside which the residual is so small that Newton's method goes first [m/s].
+contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, bool large, double scale, double most, contact::SolveReport r) {
   r.residual *= settings.velocity_scale;   // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
@@ -64,7 +64,8 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
     closer.velocity_scale = scale;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
-    closer.most_factorisations = 20;   // of large heaps more than a hundred did not get there either
+    closer.most_factorisations = large ? 8 : 20;   // more than a hundred did not get there either
+    if (large) closer.proximal = 1e-2;
     const contact::SolveReport next = solver.solve(problem, closer);
     r.newton += next.newton;
     r.sweeps += next.sweeps;
@@ -97,7 +98,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     contact::SolveReport r = solver_.solve(problem_, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
-    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, in_large_heap(), speed_, settings_.accuracy * kinetic(&Body::v0), r);
     work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
