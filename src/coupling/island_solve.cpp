@@ -29,6 +29,8 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
+constexpr std::size_t pathless = 256;   // blocks of a heap from which on a path that starts near rest ends nowhere nearer; walls and towers of fewer come to rest by it
+
 /// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
 /// is left of it in a heap at rest lies on thousands of contacts, whose regions a factorisation would have to know. The work left.
 double sweep_while_it_pays(contact::ContactSolver& solver, contact::ContactProblem& problem, double limit, double most, double work, contact::SolveReport& r) {
@@ -98,7 +100,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     contact::SolveReport r = solver_.solve(problem_, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
-    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, in_large_heap(), speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, in_heap() && bodies_.size() >= pathless, speed_, settings_.accuracy * kinetic(&Body::v0), r);
     work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;

@@ -217,6 +217,8 @@ class FemStructure : public Structure {
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
   void begin_leapfrog(double h);
+  void find_jump(double h);
+  void keep_momenta();
   double excess_of_gravity(double kick, double h) const;
   double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
@@ -277,6 +279,7 @@ class FemStructure : public Structure {
   double steps_taken_ = 0;           // explicit ones
   bool factored_ = false;            // from the start, for its weight or its damping
   int modes_ = 24;                   // asked for; more where the energy needs them
+  AlignedVector jump_;               // what the velocities lose in the step that was predicted, whose length jumps; empty: nothing
   double modal_try_ = 100;           // lone steps after which modal motion is tried next
   double modal_excess_ = 1e300;      // what was left out at the last try, over what may be
 

@@ -14,7 +14,7 @@ using material::V4, material::load4, material::store4;
 double sum_of(V4 a) { return (a[0] + a[2]) + (a[1] + a[3]); }
 
 /// What a step adds to the works, in sums of four.
-struct StepSums { V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}; };
+struct StepSums { V4 damping{}, external{}, viscous{}, power{}, kinetic{}, internal{}, jump{}; };
 
 }  // namespace
 
@@ -90,42 +90,22 @@ void FemStructure::forces(double t) {
   forces_time_ = t;
 }
 
-/// What a leapfrog begins with after other motion: v by (1 - x/2 - x^2/2), x = h^2/4 M^-1 K, which is at most the sqrt(1 - x) by which a mode's amplitude goes on as it was, and exact to x. From v itself modes near the
-/// stable limit went on with up to five times their energy, of whatever phase, and a structure that changed between both kinds of steps rang up.
-void FemStructure::begin_leapfrog(double h) {
-  const bool cracked = damage_ && !damage_->cells().empty();   // softer than K, and what opens and closes there is slow
-  if (cracked || partition_ || dofs_.size > largest_factored_system) return;
-  const SymmetricMatrix& k = stiffness();
-  VecX v(dofs_.size), force(dofs_.size), x(dofs_.size), mass(dofs_.size);
-  gather(dofs_, v_, v);
-  for (std::size_t node = 0; node < mass_.size(); ++node)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[node][c]; d >= 0) mass[d] = 0.25 * h * h * inverse_mass_[4 * node + static_cast<std::size_t>(c)];
-  k.multiply(v.data(), force.data());
-  x = mass.cwiseProduct(force);
-  k.multiply(x.data(), force.data());
-  const VecX slower = v - 0.5 * (x + mass.cwiseProduct(force));
-  double less = 0;   // kinetic energy, which the leapfrog's reading lacks for the length of its step
-  for (std::size_t node = 0; node < mass_.size(); ++node)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[node][c]; d >= 0) less += 0.5 * mass_[node] * (v[d] * v[d] - slower[d] * slower[d]);
-  books_.step_dependence += less;
-  scatter(dofs_, slower, v_);
-}
-
 void FemStructure::predict(double t, double h) {
   leave_modal();
   if (h_last_ == 0 && steps_taken_ > 0) begin_leapfrog(h);
   forces(t);
+  find_jump(h);
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   const double a = 0.5 * alpha_ * kick;
   const double keep = (1 - a) / (1 + a), push = kick / (1 + a);
   drag_ = 1 + a;
+  const bool jumped = !jump_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
   for (const auto& [first, last] : own_)
     for (int i = 4 * first; i < 4 * last; i += 4) {
       const V4 pushed = push * load4(&inverse_mass_[i]);
       V4 out = keep * load4(&v_[i]) + pushed * (load4(&f_ext_[i]) - load4(&f_int_[i]));
+      if (jumped) out -= load4(&jump_[i]);
       if (visc != nullptr) out -= pushed * load4(visc + i);
       store4(&v_hat_[i], out);
     }
@@ -194,6 +174,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   }
   const bool loaded = !loads_.empty();
   const double* visc = f_visc_.empty() ? nullptr : f_visc_.data();
+  const double* jump = jump_.empty() ? nullptr : jump_.data();
   const V4 fall{gravity_[0], gravity_[1], gravity_[2], 0}, none{};
   StepSums sums;
   for (const auto& [first, last] : own_)
@@ -208,7 +189,9 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
       const V4 mean = material::select(load4(&inverse_mass_[i]) != none, 0.5 * (before + after), none);   // what is held does no work
       sums.internal += kick * mean * f;
       if (visc != nullptr) sums.viscous += kick * mean * load4(visc + i);
-      if (alpha_ != 0) sums.damping -= mean * (m * (after - before) - kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) - load4(&contact_impulse_[i]));
+      const V4 lost = jump != nullptr ? load4(jump + i) : none;
+      sums.jump += m * mean * lost;
+      if (alpha_ != 0) sums.damping -= mean * (m * (after - before + lost) - kick * (load4(&f_ext_[i]) - f - (visc != nullptr ? load4(visc + i) : none)) - load4(&contact_impulse_[i]));
       if (loaded) sums.external += kick * mean * (load4(&f_ext_[i]) - m * fall);
     }
   double damping = sum_of(sums.damping), external = sum_of(sums.external), viscous = sum_of(sums.viscous), power = sum_of(sums.power),
@@ -230,7 +213,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   const std::vector<int> eroding = damage_ ? spent_cells() : std::vector<int>{};
   auto spent = static_cast<double>(eroding.size());
   double broken = bars_ ? bars_->broken() : 0.0;
-  std::array<double*, 14> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &own, &plastic, &cracking, &stored, &spent, &broken};
+  double jumped = sum_of(sums.jump);
+  std::array<double*, 15> parts{&contact, &damping, &external, &viscous, &power, &kinetic, &internal, &gravity, &own, &plastic, &cracking, &stored, &spent, &broken, &jumped};
   if (partition_) {
     std::array<double, parts.size()> values;
     for (std::size_t k = 0; k < parts.size(); ++k) values[k] = *parts[k];
@@ -246,6 +230,8 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> impu
   const double stored_before = h_last_ == 0 ? stored : stored_half_;
   stored_half_ = stored + 0.5 * h * power;
   // What the laws took in the last condensed step is in its own books; here they are accepted.
+  books_.algorithmic += jumped;
+  jump_.clear();
   books_.algorithmic += internal - (stored_half_ - stored_before) - (h_last_ > 0 ? cracking + plastic : 0.0) - gravity;
   if (h != h_last_) book_step_dependence(h, own, h_last_ > 0 ? (2 * internal / kick - power - power_) / h_last_ : 0.0);
   power_ = power;
