@@ -33,14 +33,17 @@ class Clocks {
 /// restart finds the same ones.
 class Instants {
  public:
-  Instants(double from, double duration, double interval) : duration_(duration), interval_(interval), index_(static_cast<long>(std::floor(from / interval + 1e-9)) + 1) {}
+  Instants(double from, double duration, double interval) : duration_(duration), interval_(interval), index_(static_cast<long>(std::floor(from / interval + same)) + 1) {}
   double next() const {
     const double t = static_cast<double>(index_) * interval_;
     return t > duration_ * (1 - 1e-12) ? duration_ : t;
   }
+  /// Instants that differ by rounding are one: a restart at the first takes the other for passed.
+  bool due(double t) const { return t >= next() - same * std::min(interval_, duration_); }
   void pass() { ++index_; }
 
  private:
+  static constexpr double same = 1e-9;
   double duration_, interval_;
   long index_;
 };
@@ -158,7 +161,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   long since_checkpoint = 0;
   try {
     while (duration - w.time() > 1e-12 * duration) {
-      const double th = histories.next(), tf = fields.next(), t = std::min(th, tf);
+      const double t = std::min(histories.next(), fields.next());
       const bool arrived = agreed(stop) == 0 && w.advance_to(t, stop);
       tell.contacts();
       if (!arrived) {
@@ -170,12 +173,12 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
       tell.warnings();
       const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();
       const bool last = t >= duration || rest;
-      if (t >= th || last) {
+      if (histories.due(t) || last) {
         tell.history();
         histories.pass();
         ++since_checkpoint;
       }
-      if (t >= tf || last) {
+      if (fields.due(t) || last) {
         tell.field();
         fields.pass();
       }
