@@ -12,7 +12,7 @@
 //
 // After explicit steps parts of a structure ring faster than the step resolves. Of a node that a contact holds the midpoint rule would move the skin by h v_n / 2,
 // many times its amplitude, and friction would keep it there, strained. Where there is damping the first step is therefore that of backward Euler, theta = 1, from velocities
-// that h resolves, v = A^-1 M v_n [rannacher1984]: a node that is held stays where it is.
+// that h resolves, without (1 - A^-1 M)^3 v_n [rannacher1984]: a node that is held stays where it is. What that would take of the motion is to be little (may_begin()).
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -273,7 +273,6 @@ void FemStructure::accept_laws() {
 
 /// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its own, x = (omega h)^2.
 VecX FemStructure::unresolved_velocities(double h) {
-  starting_ = true;
   const Condensed& c = condensed(h);
   const Condensed::Level& level = *c.levels.back();
   VecX v(dofs_.size), rhs(dofs_.size), kept(dofs_.size);
@@ -296,6 +295,7 @@ void FemStructure::smooth_velocities(double h) {
 bool FemStructure::may_begin(double t, double h, double accuracy) {
   if (h_last_ == 0 || !(spec_.damping_ratio > 0) || condensed_by_choice()) return true;   // under way, or with all of its motion
   follow_frames();
+  starting_ = true;   // by the factor of the first step
   const VecX v = unresolved_velocities(h);
   starting_ = false;
   double lost = 0;   // its kinetic energy, and as much that it stores

@@ -217,8 +217,8 @@ class FemStructure : public Structure {
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
   void begin_leapfrog(double h);
-  void find_jump(double h);
-  void keep_momenta();
+  void find_jump(double h);   // into jump_
+  void keep_momenta();        // of jump_, of a free structure
   double excess_of_gravity(double kick, double h) const;
   double power_of_own_forces(double kick) const;   // a . (m g - f_int), a the step's acceleration: this rank's part [W/s]
   void book_step_dependence(double h, double own, double strained);
@@ -316,7 +316,7 @@ class FemStructure : public Structure {
   double reference_kinetic_ = 0;
   double still_since_ = 0;           // kinetic energy has been below the limit since then
   bool still_ = false;
-  double blow_time_ = -1e300;           // when a blow was last taken that a condensed step may not take [s]
+  double blow_time_ = -1e300;           // when a blow was last taken that a condensed step may not take [s]; later, where ringing has to decay first
 
   // derived
   double alpha_ = 0, omega_1_ = 0, critical_step_ = 0;
