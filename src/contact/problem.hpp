@@ -65,6 +65,8 @@ struct ContactProblem {
 struct SolveSettings {
   double tolerance = 1e-10;        // on the exact-Coulomb residual, relative to `velocity_scale`
   double sufficient = 0;           // what ends the search where an attempt at `tolerance` stops at round-off; 0: `tolerance`
+  double stalled = 0;              // what is taken of a large problem whose search gets no farther, relative to `velocity_scale`; 0: what is sufficient
+  bool steps_first = false;          // of a large problem that hardly moves, or is nearly solved: a path from there ends nowhere nearer
   double velocity_scale = 1.0;     // [m/s]
   bool exact_coulomb = true;       // De Saxce correction
   int max_newton = 60;
@@ -78,6 +80,7 @@ struct SolveSettings {
 struct SolveReport {
   bool converged = false;
   char tier = 'A';
+  bool stalled = false;        // the search got no farther than this, short of what is sufficient
   int newton = 0;              // Newton iterations (factorisations)
   int sweeps = 0;              // Gauss-Seidel sweeps, if used
   int outer = 0;               // proximal or De Saxce outer iterations

@@ -98,7 +98,8 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
     search.best_p = every_p;
     search.best = system.residual(search.best_v, every_p);
     const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
-    if (whole || search.best <= sufficient) return search.best <= sufficient;
+    const double taken = done ? std::max(sufficient, settings.stalled * settings.velocity_scale) : sufficient;
+    if (whole || search.best <= taken) return search.best <= taken;
     for (int i = 0; i < nc; ++i) {
       const Touch& t = every[i];
       if (!chosen[i]) chosen[i] = !done || system.relative_normal(t, search.best_v.data()) + t.bias.x() < tolerance;
@@ -166,14 +167,16 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
     sweeps(search, tolerance, report);
   }
-  if (search.best > tolerance) {
+  const bool next_time = frictionless && search.best <= settings.stalled * settings.velocity_scale;   // sweeps that stall there go on from there
+  if (search.best > tolerance && !next_time) {
     if (nc <= few) search.run(settings, report);
     else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }
   for (int i = 0; i < nc; ++i) problem.contacts[system.touch[i].id].impulse = search.best_p[i];
   system.write(search.best_v, problem);
   report.residual = search.best / settings.velocity_scale;
-  report.converged = search.best <= sufficient;
+  report.converged = search.best <= std::max(sufficient, settings.stalled * settings.velocity_scale);
+  report.stalled = search.best > sufficient;
   // A search that gave up has what suffices all the same.
   report.tier = !report.converged ? 'E' : report.tier == 'E' ? 'C' : report.tier;
   return report;

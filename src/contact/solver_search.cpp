@@ -95,17 +95,21 @@ void Search::start_from_nothing() {
   system.velocities(p, v);
 }
 
+void Search::hold_shift() {
+  for (int i = 0; i < system.contacts(); ++i) {
+    Touch& t = system.touch[i];
+    const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
+    t.shift = t.law.exact ? t.law.mu * length(u.y(), u.z()) : 0.0;
+  }
+}
+
 bool Search::shifted(int rounds, int budget) {
   p = best_p;
   v = best_v;
   const int most = report_->newton + budget;   // a step that cannot be solved must not hang
   bool done = false;
   for (int k = 0; k < rounds && !done && report_->newton < most; ++k) {
-    for (int i = 0; i < system.contacts(); ++i) {
-      Touch& t = system.touch[i];
-      const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-      t.shift = t.law.exact ? t.law.mu * length(u.y(), u.z()) : 0.0;
-    }
+    hold_shift();
     NewtonOptions options;
     options.tolerance = std::max(tolerance_, 0.01 * best);
     options.max_outer = settings_->max_outer;
@@ -121,6 +125,40 @@ bool Search::shifted(int rounds, int budget) {
   }
   for (Touch& t : system.touch) t.shift = 0;
   return done;
+}
+
+bool Search::stepped(int budget) {
+  constexpr int patience = 24;        // factorisations that are to take a fifth of the residual; all that go on from what may be taken
+  constexpr double proximal = 1e-2;   // compliance over that of the contact
+  double paid = INFINITY;
+  bool may_be_taken = false;
+  for (int since = report_->newton, last = since + budget; report_->newton < last;) {
+    hold_shift();
+    NewtonOptions options;
+    options.tolerance = 0.3 * sufficient_;
+    options.max_outer = 0;
+    options.convex = true;
+    options.epsilon = proximal;
+    options.max_newton = last - report_->newton;
+    const NewtonOutcome outcome = newton_.run(system, p, v, options);
+    report_->newton += std::max(outcome.newton, 1);
+    report_->outer += 1;
+    for (Touch& t : system.touch) t.shift = 0;
+    const double residual = system.residual(v, p);
+    consider(p, v, residual);
+    if (best <= sufficient_) return true;
+    if (best <= stalled_ && !may_be_taken) {
+      may_be_taken = true;
+      last = std::min(last, report_->newton + patience);
+    }
+    if (residual <= 0.8 * paid) {
+      paid = residual;
+      since = report_->newton;
+    } else if (report_->newton - since >= patience) {
+      break;
+    }
+  }
+  return best <= stalled_;
 }
 
 bool Search::solved_from_best() {
@@ -170,6 +208,7 @@ void Search::begin(const SolveSettings& settings, SolveReport& report) {
   round_off_ = 0;
   tolerance_ = settings.tolerance * settings.velocity_scale;
   sufficient_ = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+  stalled_ = std::max(settings.stalled * settings.velocity_scale, sufficient_);
   hessian_.prepare(system);
 }
 
@@ -196,9 +235,16 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
   // A heap nearly at rest, of which no more than a part of its speed is asked: sweeps get there from the last impulses, a path does not.
   if (!small && sufficient_ > 10 * tolerance_ && swept_while_it_pays()) return true;
 
+  report.tier = 'B';
+  const bool may_stall = !small && stalled_ > sufficient_;
+  if (may_stall && settings.steps_first) {
+    p = best_p;
+    v = best_v;
+    if (stepped(24)) return true;
+  }
+
   // Cold: the interior point from the warm start, at half the distance its residual tells (fewest iterations over problems of moving
   // heaps). The Newton method finishes, since the regions are known by then.
-  report.tier = 'B';
   double finished = INFINITY;   // the best that was tried last [m/s]
   int fruitless = 0;            // tries since the best was last halved
   const auto finish = [&] {
@@ -216,7 +262,15 @@ bool Search::run(const SolveSettings& settings, SolveReport& report) {
     return settings.sufficient > settings.tolerance && best <= 100 * sufficient_ && tried;
   };
   p = best_p;
-  if (interior(0.5 * best) || finish()) return true;
+  if (interior(0.5 * best)) return true;
+  if (may_stall) {
+    p = trial_p_;   // where the path ends its largest residual may be more than before, and is of fewer contacts
+    v = trial_v_;
+    if (stepped(150)) return true;
+    report.tier = 'E';
+    return false;
+  }
+  if (finish()) return true;
   // What a few sweeps make of the best so far (a path that stops short usually leaves a handful of contacts wrong); nothing.
   for (int round = 0; round < 4 && !given_up(); ++round) {
     report.tier = 'B';

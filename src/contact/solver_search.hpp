@@ -35,9 +35,13 @@ class Search {
   /// De Saxce: the convex problem with the shift held, then the shift from its solution; the exact Newton method is tried from every
   /// convex solution, since it converges fast once the slip directions are right.
   bool shifted(int rounds, int budget);
+  /// The same by one proximal step of the convex problem at a time, the shift taken anew after each: slow, but from near the solution of a large
+  /// heap it always comes nearer. From p; true, too, if it gets no farther than what is taken then.
+  bool stepped(int budget);
   /// Friction above 1: from 1 up to its own by factors of `step`, from one solution to the next. Where none is found the walk goes on from the best
   /// there: solutions end at some frictions in between, and others begin. False: the best is what it was.
   bool raised(double step);
+  void hold_shift();         // of every contact by its slip at p
   bool solved_from_best();   // a problem whose laws have changed
   double swept(int count);
   double visited(int count);   // residual after sweeps from p
@@ -48,7 +52,7 @@ class Search {
 
   const SolveSettings* settings_ = nullptr;
   SolveReport* report_ = nullptr;
-  double tolerance_ = 0, sufficient_ = 0;   // [m/s]
+  double tolerance_ = 0, sufficient_ = 0, stalled_ = 0;   // [m/s]
   double round_off_ = 0;                    // below which three iterations that do not halve the residual end a Newton method that may not stop at what suffices [m/s]
   double polished_ = 0;                     // residual from which the last polish started [m/s], and its iterations
   int polished_for_ = 0;

@@ -18,6 +18,8 @@ struct StepToSolve {
   bool still = false;        // nothing moves at its start
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
+  bool large = false;        // of so many blocks that a path from where they nearly rest ends nowhere nearer
+  bool again = false;        // with more rows than before, when its search stalled
   bool sub_step = false;     // explicit, at a structure
   bool blocks = false;       // some take part
   double speed = 0, fastest = 0;   // that the island can have, of its blocks at the start [m/s]

@@ -343,6 +343,7 @@ class IslandStepper {
   double fastest_ = 0;                    // of the points of its blocks at the start of the step [m/s]
   bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
+  double stalled_ = 0;                    // length of the last try of this step if its search stalled [s]
   double suggested_ = 0;                  // step that error control would take next [s]
   double step_length_ = 0;                // of the step being computed [s]
   double last_length_ = 0;                // of the explicit one before it in this stretch, 0: none [s]

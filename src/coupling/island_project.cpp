@@ -128,6 +128,10 @@ double IslandStepper::project(double h) {
     settings.velocity_scale = std::max(deepest, drifted);
     settings.tolerance = closeness();
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
+    if (in_large_heap()) {
+      settings.stalled = settings.sufficient;
+      settings.tolerance = std::max(settings.tolerance, 0.3 * left / settings.velocity_scale);
+    }
     settings.exact_coulomb = false;
     const contact::SolveReport r = solver_.solve(problem_, settings);
     report_.counters.newton += r.newton;

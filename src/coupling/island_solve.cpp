@@ -29,6 +29,7 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
+constexpr double hopeless = 4;   // times the work allowed that Newton's method does not take away in a large heap: of 180 such searches none got there
 constexpr std::size_t pathless = 256;   // blocks of a heap from which on a path that starts near rest ends nowhere nearer; walls and towers of fewer come to rest by it
 
 /// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
@@ -61,9 +62,10 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
     const double work = sweep_while_it_pays(solver, problem, limit, most, unearned(problem, 0.5 * most), r), residual = r.residual / scale;
-    if (work <= most) break;
+    if (work <= most || (large && work > hopeless * most)) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
+    closer.stalled = 0;
     closer.tolerance = residual * most / work;
     closer.sufficient = std::max(closer.tolerance, (work > 10 * most ? 0.3 : 1.0) * residual);
     closer.most_factorisations = large ? 8 : 20;   // more than a hundred did not get there either
@@ -88,7 +90,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     return true;
   }
   const bool small = event_driven() || (problem_.contacts.size() <= many_contacts && !crowded_), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
-  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(),
+  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_heap() && bodies_.size() >= pathless, .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .speed = speed_, .fastest = fastest_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
@@ -100,7 +102,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     contact::SolveReport r = solver_.solve(problem_, settings);
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
-    if (r.converged && moves) r = solve_closer(solver_, problem_, settings, in_heap() && bodies_.size() >= pathless, speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    if (r.converged && !r.stalled && moves) r = solve_closer(solver_, problem_, settings, step.large, speed_, settings_.accuracy * kinetic(&Body::v0), r);
     work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
@@ -110,10 +112,12 @@ bool IslandStepper::solve(double h, Effort effort) {
   contact::SolveReport r = attempt();
   const bool last_resort = effort == Effort::last_resort, no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
+  stalled_ = r.stalled ? h : 0;
   certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!r.converged && last_resort && h > 0) {   // impulses of no duration are left to the step
     // The convex problem alone: it has a solution always, which takes energy as it must but lifts what slides.
     settings.exact_coulomb = false;
+    settings.stalled = 0;
     settings.sufficient = step.sub_step ? std::max(1e-6, 1e-2 * settings_.accuracy) : 1e-6;
     for (contact::ProblemContact& c : problem_.contacts) {   // a little give: what is jammed between friction cones has no largest force
       c.compliance.array() += 1e-7 * normal_compliance(c);

@@ -20,6 +20,7 @@ bool IslandStepper::take(Trial& trial) {
   trial.asked = trial.h;
   save();
   settling_ = false;
+  stalled_ = 0;
   ahead_.assign(island_->pairs.size(), 0.0);
   for (;;) {
     if (stopped()) {

@@ -77,6 +77,28 @@ TEST(ContactSolverHard, WhatSufficesIsNoLastResort) {
   EXPECT_GT(enough, 5);   // tier E of five by a solver that forgot what suffices
 }
 
+TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
+  for (unsigned seed = 0; seed < 5; ++seed) {
+    Builder b = pile(5, 5, 6, 0.5, 0.015, 0.02, seed);
+    ContactSolver solver;
+    SolveSettings settings;
+    settings.tolerance = 1e-6;
+    settings.velocity_scale = 0.1;
+    settings.sufficient = 2e-6;
+    settings.stalled = 1e-2;
+    settings.steps_first = true;
+    const SolveReport report = solver.solve(b.problem, settings);
+    const double residual = coulomb_residual(b.problem, true) / settings.velocity_scale;
+    EXPECT_TRUE(report.converged) << seed;
+    EXPECT_LE(residual, settings.stalled) << seed;
+    EXPECT_NEAR(report.residual, residual, 1e-3 * settings.stalled) << seed;
+    EXPECT_EQ(report.stalled, residual > settings.sufficient) << seed;
+    EXPECT_LE(report.newton, 200) << seed;
+    RecordProperty("factorisations" + std::to_string(seed), report.newton);
+    RecordProperty("residual" + std::to_string(seed), std::to_string(report.residual));
+  }
+}
+
 TEST(ContactSolverHard, RedundantTouchesOfAWallAtRest) {
   for (unsigned seed = 0; seed < 7; ++seed) {
     Builder b = cubes(4, 1, 3, frictions[seed], 0.01, true);

@@ -90,6 +90,49 @@ TEST(Closeness, AHeapWhoseSearchStallsRestsWithinWhatABlockAtRestMayMoveBy) {
   EXPECT_FALSE(solved(1e-2).taken);           // the caller makes better rows or a shorter step
 }
 
+/// The same contacts in a heap that comes to rest, its fastest block at 0.25 m/s.
+contact::SolveReport stalled_at(double off, bool large) {
+  Jammed jammed(40, off);
+  StepToSolve step = standing();
+  step.still = false;
+  step.large = large;
+  step.fastest = 0.25;
+  const contact::SolveSettings settings = how_closely(step);
+  contact::ContactSolver solver;
+  contact::SolveReport report = solver.solve(jammed.problem, settings);
+  judge(step, settings, {}, report);
+  return report;
+}
+
+TEST(Closeness, OfALargeHeapAFiftiethOfWhatMovesIsTakenWhereTheSearchStalls) {
+  const contact::SolveReport near = stalled_at(0.01 * 0.25, true), far = stalled_at(0.05 * 0.25, true), small = stalled_at(0.01 * 0.25, false);
+  EXPECT_TRUE(near.converged);
+  EXPECT_TRUE(near.stalled);
+  EXPECT_EQ(near.tier, 'C');
+  EXPECT_NEAR(near.residual, 0.01, 1e-3);   // told as it is
+  EXPECT_FALSE(far.converged);
+  EXPECT_FALSE(small.converged);
+  EXPECT_FALSE(stalled_at(1e-4 * 0.25, true).stalled);   // within what is sufficient
+}
+
+TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
+  StepToSolve step = standing();
+  step.still = false;
+  step.large = true;
+  double last = 0;
+  for (const double fastest : {4.0, 1.0, 0.1, 1e-2, 1e-3, 1e-4}) {
+    step.fastest = fastest;
+    const contact::SolveSettings settings = how_closely(step);
+    EXPECT_GE(settings.stalled, std::max(0.02, last)) << fastest;
+    EXPECT_LE(settings.stalled, 0.3) << fastest;   // less than what moves, so that creep dies out
+    EXPECT_EQ(settings.steps_first, fastest < 0.5 * step.speed) << fastest;
+    last = settings.stalled;
+  }
+  step.still = true;   // a certificate of rest is none where the search stalls
+  EXPECT_EQ(how_closely(step).stalled, 0);
+  EXPECT_GT(how_closely(step).most_factorisations, 0);
+}
+
 TEST(Closeness, WhatIsSolvedToRoundOffProvesRest) {
   const Solved free = solved(0);
   EXPECT_TRUE(free.certified);
