@@ -138,6 +138,7 @@ class IslandStepper {
   double reach(int block, double h) const;
   double approach_reach(const CandidatePair& pair, double h) const;
   bool in_large_heap() const { return in_heap() && island_->blocks.size() >= 96; }   // whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a closer tolerance
+  bool in_vast_heap() const { return in_heap() && island_->blocks.size() >= 256; }    // a path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest by it
   bool in_heap() const { return island_->structures.empty() && (crowded_ || static_cast<int>(island_->blocks.size()) > settings_.event_blocks); }
   double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
   double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]

@@ -30,7 +30,6 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
 }
 
 constexpr double hopeless = 4;   // times the work allowed that Newton's method does not take away in a large heap: of 180 such searches none got there
-constexpr std::size_t pathless = 256;   // blocks of a heap from which on a path that starts near rest ends nowhere nearer; walls and towers of fewer come to rest by it
 
 /// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
 /// is left of it in a heap at rest lies on thousands of contacts, whose regions a factorisation would have to know. The work left.
@@ -90,7 +89,7 @@ bool IslandStepper::solve(double h, Effort effort) {
     return true;
   }
   const bool small = event_driven() || (problem_.contacts.size() <= many_contacts && !crowded_), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
-  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_heap() && bodies_.size() >= pathless, .again = stalled_ == h,
+  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap(), .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .speed = speed_, .fastest = fastest_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};

@@ -75,7 +75,8 @@ constexpr std::size_t least_levels = 2, most_levels = 6;
 constexpr double turned_most = 0.002;                 // rotation of a cell that K does not follow [rad]: slender parts that lean show their axial stiffness to what is soft in bending
 constexpr double cracked_least = 0.02;                // damage that K takes for granted once a cell has any
 constexpr double crushed_stiffest = 1.05;             // of crushed concrete
-constexpr double start_share = 10, most_start_share = 0.1;   // of the energy of its fastest motion, and what it has dissipated, that a start may take: times the accuracy, and at most
+constexpr double start_share = 10, most_start_share = 0.1;   // of the energy of its fastest motion, and what it has dissipated, that starts may take together: times the accuracy, and at most
+constexpr double least_start_share = 1e-3;            // of that, which one may take whatever the others took
 constexpr std::size_t room_of_levels = 32'000'000;    // [bytes] that their factors may fill, if there are more than the least
 
 /// Of the columns that are kept for later steps: as much as 128 whole ones of three directions take, or 32 MB [bytes].
@@ -301,7 +302,9 @@ bool FemStructure::may_begin(double t, double h, double accuracy) {
   double lost = 0;   // its kinetic energy, and as much that it stores
   for (int d = 0; d < dofs_.size; ++d)
     if (condensed_->moves[static_cast<std::size_t>(d)]) lost += condensed_->mass[static_cast<std::size_t>(d)] * v[d] * v[d];
-  const double most = std::min(start_share * accuracy, most_start_share) * (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+  // Half of what earlier starts have left of it: together they never take more, and one more is never far off.
+  const double all = std::min(start_share * accuracy, most_start_share) * (reference_kinetic_ + books_.damage_work + books_.plastic_work);
+  const double most = std::max(0.5 * (all - taken_by_starts_), least_start_share * all);
   if (lost <= most) return true;
   // Damping alone takes so long; contacts and cracks may be quicker.
   const double quarter = 0.5 * M_PI / lowest_frequency();
@@ -320,7 +323,9 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
     time_ = t;
     starting_ = smoothed;
     if (smoothed) smooth_velocities(h);
-    books_.algorithmic += before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());   // which accept_laws() books
+    const double taken = before - mechanical_energy() - (laws_taken_ ? 0.0 : dissipation());   // which accept_laws() books
+    books_.algorithmic += taken;
+    taken_by_starts_ += std::max(0.0, taken);
   }
   forces(t);
   if (!laws_taken_) accept_laws();

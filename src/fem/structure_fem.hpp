@@ -314,6 +314,7 @@ class FemStructure : public Structure {
   std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;           // elastic energy at the half step
   double reference_kinetic_ = 0;
+  double taken_by_starts_ = 0;          // of the energy of motions, by the starts of condensed steps so far [J]
   double still_since_ = 0;           // kinetic energy has been below the limit since then
   bool still_ = false;
   double blow_time_ = -1e300;           // when a blow was last taken that a condensed step may not take [s]; later, where ringing has to decay first

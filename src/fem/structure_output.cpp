@@ -255,6 +255,7 @@ void FemStructure::save(std::vector<double>& state) const {
   state.push_back(frames_.empty() ? 0 : 1);
   for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
   load_track_.save(state);
+  state.push_back(taken_by_starts_);
 }
 
 void FemStructure::restore(std::span<const double> state) {
@@ -315,6 +316,7 @@ void FemStructure::restore(std::span<const double> state) {
   if (frames != frames_) set_frames(std::move(frames));
   const bool loads_known = at < state.size();
   if (loads_known) at += load_track_.restore(state.subspan(at));
+  taken_by_starts_ = at < state.size() ? next() : 0.0;
   if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
   struck_.clear();
   for (std::size_t i = 0; i < mass_.size(); ++i)
@@ -328,6 +330,7 @@ void FemStructure::restore(std::span<const double> state) {
 
 void FemStructure::start_over() {
   books_ = {};
+  taken_by_starts_ = 0;
   still_since_ -= time_;
   blow_time_ -= time_;
   time_ = 0;
