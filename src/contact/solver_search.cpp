@@ -128,8 +128,8 @@ bool Search::shifted(int rounds, int budget) {
 }
 
 bool Search::stepped(int budget) {
-  constexpr int patience = 24;        // factorisations that are to take a fifth of the residual; all that go on from what may be taken
-  constexpr double proximal = 1e-2;   // compliance over that of the contact
+  constexpr int patience = 24, more = 8;   // factorisations that are to take a fifth of the residual; all that go on from what may be taken
+  const double proximal = settings_->steps_first ? 3e-3 : 1e-2;   // compliance over that of the contact: from near by longer steps
   double paid = INFINITY;
   bool may_be_taken = false;
   for (int since = report_->newton, last = since + budget; report_->newton < last;) {
@@ -149,7 +149,7 @@ bool Search::stepped(int budget) {
     if (best <= sufficient_) return true;
     if (best <= stalled_ && !may_be_taken) {
       may_be_taken = true;
-      last = std::min(last, report_->newton + patience);
+      last = std::min(last, report_->newton + more);
     }
     if (residual <= 0.8 * paid) {
       paid = residual;
