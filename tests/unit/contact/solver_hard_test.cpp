@@ -90,7 +90,7 @@ TEST(ContactSolverHard, AHeapThatNearlyRestsIsSolvedStepByStep) {
     const SolveReport report = solver.solve(b.problem, settings);
     const double residual = coulomb_residual(b.problem, true) / settings.velocity_scale;
     EXPECT_TRUE(report.converged) << seed;
-    EXPECT_LE(residual, settings.stalled) << seed;
+    EXPECT_LE(residual, 0.25 * settings.stalled) << seed;   // what may be taken is no end: from there it is half of that without proximal steps
     EXPECT_NEAR(report.residual, residual, 1e-3 * settings.stalled) << seed;
     EXPECT_EQ(report.stalled, residual > settings.sufficient) << seed;
     EXPECT_LE(report.newton, 200) << seed;

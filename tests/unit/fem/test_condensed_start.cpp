@@ -118,6 +118,35 @@ TEST(CondensedStart, WhatIsNotResolvedDecaysFirst) {
   EXPECT_LT(sways.energy().algorithmic - held.algorithmic, 0.03 * (held.kinetic + held.elastic));   // 0.012 of the first mode, (omega h)^2 by backward Euler, and most of the second one
 }
 
+/// A pier that is struck again and again: all starts together take no more than one may, and each waits longer for it.
+TEST(CondensedStart, ManyStartsShareWhatTheyMayTake) {
+  const double accuracy = 1e-3;
+  FemStructure s(damped_pier(0.02), Vec3::Zero(), silent);
+  const std::vector<int> struck{top_nodes(s).front()};
+  const double h = s.critical_step(), H = 100 * h;
+  double t = 0, largest = 0, taken = 0;
+  constexpr int blows = 6;
+  for (int blow = 0; blow < blows; ++blow) {
+    s.struck(t);
+    t = press(s, struck, Vec3(0, 0, -1e6), h, 1, t);
+    for (int i = 0; i < 40; ++i) {
+      t = press(s, {}, Vec3::Zero(), h, 1, t);
+      largest = std::max(largest, s.energy().kinetic);
+    }
+    const double end = t + 10;
+    while (t < end && !(s.condensed_step(t, accuracy) > 0 && s.may_begin(t, H, accuracy))) t = press(s, {}, Vec3::Zero(), h, 50, t);
+    ASSERT_LT(t, end) << blow;   // it does begin
+    const double before = s.energy().algorithmic;
+    s.predict_condensed(t, H);
+    taken += s.energy().algorithmic - before;
+    ASSERT_TRUE(s.correct_condensed(t, H, {}));
+    t += H;
+  }
+  RecordProperty("taken", std::to_string(taken / (10 * accuracy * largest)));
+  EXPECT_GT(taken, 0.3 * 10 * accuracy * largest);
+  EXPECT_LT(taken, 1.2 * 10 * accuracy * largest);   // by the first alone up to one, by each alone up to six
+}
+
 /// A pier that was let go rings on alone: no contact holds a node of it, and its long steps begin with all of its motion.
 TEST(CondensedStart, WhatRingsAloneKeepsItsEnergy) {
   StructureSpec spec = damped_pier(0.02);
