@@ -77,7 +77,8 @@ double IslandStepper::project(double h) {
   const double shows = leapfrog() ? std::max(tolerance, 1e-2 * settings_.accuracy * thinnest) : tolerance;
   if (deepest <= shows && drifted <= shows) return deepest;
   // What one pass leaves of a large heap is led back with the next step's: each pass searches all of its contacts.
-  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : in_large_heap() ? std::max(tolerance, (in_vast_heap() ? 1e-7 : 1e-8) * thinnest) : tolerance;
+  const bool vast = in_vast_heap() && fastest_ > 1e-4 * speed_;   // and moving: what stands is to stand exactly
+  const double left = leapfrog() ? std::max(tolerance, 0.1 * shows) : in_large_heap() ? std::max(tolerance, (vast ? 1e-7 : 1e-8) * thinnest) : tolerance;
   // What is led back by d turns rows by d / L: they are no closer than that to the blocks' own gaps. Of a heap a pass that comes as close saves one, and its
   // search of rows; and only what is as near as a column of blocks could move becomes a row.
   const auto closeness = [&] { return std::clamp(std::max(0.2 * tolerance / std::max(deepest, drifted), in_heap() ? 0.3 * deepest / length_ : 0.0), in_heap() ? 1e-5 : 1e-3, 0.2); };
@@ -128,7 +129,7 @@ double IslandStepper::project(double h) {
     settings.velocity_scale = std::max(deepest, drifted);
     settings.tolerance = closeness();
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
-    if (in_vast_heap()) {
+    if (vast) {
       settings.stalled = settings.sufficient;
       settings.tolerance = std::max(settings.tolerance, 0.3 * left / settings.velocity_scale);
     }
