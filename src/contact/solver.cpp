@@ -167,8 +167,8 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   } else if (search.best > tolerance && (nc <= few || search.best > Search::near * settings.velocity_scale)) {
     sweeps(search, tolerance, report);
   }
-  const bool next_time = frictionless && search.best <= settings.stalled * settings.velocity_scale;   // sweeps that stall there go on from there
-  if (search.best > tolerance && !next_time) {
+  const bool enough = settings.sweeps_alone && frictionless && search.best <= settings.stalled * settings.velocity_scale;
+  if (search.best > tolerance && !enough) {
     if (nc <= few) search.run(settings, report);
     else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }

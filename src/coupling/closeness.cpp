@@ -26,8 +26,8 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
     settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
   else if (s.h > 0 && s.heap)   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
     settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * s.speed / settings.velocity_scale, allowed}));
-  // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the next steps: what a search of hundreds of
-  // factorisations, or a tenth of the step, would not solve closer is taken where it is a fiftieth of what moves, or of creep a third again.
+  // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the next steps: where hundreds of factorisations
+  // get no farther a fiftieth of what moves is taken, of creep up to 3e-4 of the island's speed, but never a third of what moves.
   if (s.large && !s.small && s.h > 0) {
     settings.steps_first = s.again || s.fastest < 0.5 * s.speed;
     if (s.still) settings.most_factorisations = 200;

@@ -131,6 +131,7 @@ double IslandStepper::project(double h) {
     settings.sufficient = 0.3;   // of blocks jammed in each other: the next pass goes on from there
     if (vast) {
       settings.stalled = settings.sufficient;
+      settings.sweeps_alone = true;
       settings.tolerance = std::max(settings.tolerance, 0.3 * left / settings.velocity_scale);
     }
     settings.exact_coulomb = false;
