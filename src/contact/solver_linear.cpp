@@ -28,13 +28,51 @@ void update_columns(double* F, int m, int k, int from, int to) {
   rest.noalias() -= left * upper;
 }
 
+/// Takes from x[first..last) what four columns of L, first of them a, leave there: loaded and stored once instead of four times.
+inline void take_four(double* __restrict x, const double* a, std::size_t stride, int first, int last, double x0, double x1, double x2, double x3) {
+  const double *b = a + stride, *c = b + stride, *d = c + stride;
+  for (int i = first; i < last; ++i) {
+    double left = x[i];
+    left -= a[i] * x0;
+    left -= b[i] * x1;
+    left -= c[i] * x2;
+    left -= d[i] * x3;
+    x[i] = left;
+  }
+}
+
+inline void take_one(double* __restrict x, const double* a, int first, int last, double by) {
+  if (by == 0) return;
+  for (int i = first; i < last; ++i) x[i] -= a[i] * by;
+}
+
+/// Column j less what the columns from..j of L leave of it: U above the diagonal, what is to be parted by the pivot from there on.
+void eliminate_before(double* F, int m, int from, int j) {
+  const auto stride = static_cast<std::size_t>(m);
+  double* x = F + static_cast<std::size_t>(j) * stride;
+  int p = from;
+  for (; p + 4 <= j; p += 4) {
+    const double* a = F + static_cast<std::size_t>(p) * stride;
+    const double *b = a + stride, *c = b + stride;
+    x[p + 1] -= a[p + 1] * x[p];
+    x[p + 2] -= a[p + 2] * x[p];
+    x[p + 2] -= b[p + 2] * x[p + 1];
+    x[p + 3] -= a[p + 3] * x[p];
+    x[p + 3] -= b[p + 3] * x[p + 1];
+    x[p + 3] -= c[p + 3] * x[p + 2];
+    if (x[p] != 0 || x[p + 1] != 0 || x[p + 2] != 0 || x[p + 3] != 0) take_four(x, a, stride, p + 4, m, x[p], x[p + 1], x[p + 2], x[p + 3]);
+  }
+  for (; p < j; ++p) take_one(x, F + static_cast<std::size_t>(p) * stride, p + 1, m, x[p]);
+}
+
 // In-place LU of the first k columns and rows of the m x m front F; the rest becomes the Schur complement. Of many columns, a skin's, so many at a time are
 // eliminated one by one.
 bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eigen::aligned_allocator<double>>& upper) {
   constexpr int columns_at_once = 48;
   const int width = k > 2 * columns_at_once ? columns_at_once : k;
-  for (int j = 0, end = width; j < k; ++j) {
+  for (int j = 0, begin = 0, end = width; j < k; ++j) {
     double* cj = F + static_cast<std::size_t>(j) * m;
+    eliminate_before(F, m, begin, j);
     int best = j;
     for (int i = j + 1; i < k; ++i)
       if (std::abs(cj[i]) > std::abs(cj[best])) best = i;
@@ -45,14 +83,9 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
       for (int c = 0; c < m; ++c) std::swap(F[static_cast<std::size_t>(c) * m + j], F[static_cast<std::size_t>(c) * m + best]);
     const double inverse = 1 / cj[j];
     for (int i = j + 1; i < m; ++i) cj[i] *= inverse;
-    for (int c = j + 1; c < end; ++c) {
-      double* cc = F + static_cast<std::size_t>(c) * m;
-      const double x = cc[j];
-      if (x == 0) continue;
-      for (int i = j + 1; i < m; ++i) cc[i] -= cj[i] * x;
-    }
     if (j + 1 < end) continue;
-    update_columns(F, m, k, end - width, end);
+    update_columns(F, m, k, begin, end);
+    begin = end;
     end = std::min(k, end + width);
   }
   if (k == m) return true;
@@ -64,15 +97,16 @@ bool partial_lu(double* F, int m, int k, int* pivot_row, std::vector<double, Eig
     const double* cc = F + static_cast<std::size_t>(k + c) * m;
     for (int j = 0; j < k; ++j) U[static_cast<std::size_t>(j) * r + c] = cc[j];
   }
-  for (int j = 0; j < k; ++j) {
-    const double* cj = F + static_cast<std::size_t>(j) * m;
-    const double* uj = U + static_cast<std::size_t>(j) * r;
-    for (int i = j + 1; i < k; ++i) {
-      const double x = cj[i];
-      if (x == 0) continue;
-      double* ui = U + static_cast<std::size_t>(i) * r;
-      for (int c = 0; c < r; ++c) ui[c] -= x * uj[c];
+  for (int i = 1; i < k; ++i) {
+    const double* row = F + i;   // of L, a column apart
+    const auto L = [&](int j) { return row[static_cast<std::size_t>(j) * m]; };
+    double* ui = U + static_cast<std::size_t>(i) * r;
+    int j = 0;
+    for (; j + 4 <= i; j += 4) {
+      const double l0 = L(j), l1 = L(j + 1), l2 = L(j + 2), l3 = L(j + 3);
+      if (l0 != 0 || l1 != 0 || l2 != 0 || l3 != 0) take_four(ui, U + static_cast<std::size_t>(j) * r, static_cast<std::size_t>(r), 0, r, l0, l1, l2, l3);
     }
+    for (; j < i; ++j) take_one(ui, U + static_cast<std::size_t>(j) * r, 0, r, L(j));
   }
   for (int c = 0; c < r; ++c) {
     double* cc = F + static_cast<std::size_t>(k + c) * m;
