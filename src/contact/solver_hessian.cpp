@@ -75,11 +75,38 @@ void Hessian::prepare(const System& system) {
     place_[keys_[k].second] = static_cast<int>(pairs_.size()) - 1;
   }
   for (int& pair : pair_of_) pair = place_[pair];
-  lu.analyse(sizes_, pairs_);
+  listed_.clear();
+  in_list_.assign(pairs_.size(), -1);
+  analysed_ = false;
+}
+
+/// The pattern, if it does not do: all pairs, in large problems those of closed contacts.
+void Hessian::list(const System& system, const unsigned char* state) {
+  constexpr std::size_t few = 400;       // pairs, from which on it pays
+  constexpr double too_many = 1.3, kept = 1.1;   // of the closed ones: listed, and still listed after one more has closed
+  const bool all = state == nullptr || pairs_.size() < few;
+  closed_.assign(pairs_.size(), all ? 1 : 0);
+  for (int i = 0; !all && i < system.contacts(); ++i)
+    if (state[i] != open)
+      for (int k = first_pair_[i], end = k + system.touch[i].count * (system.touch[i].count - 1) / 2; k < end; ++k) closed_[pair_of_[k]] = 1;
+  const auto closed = static_cast<double>(std::count(closed_.begin(), closed_.end(), 1)), listed = static_cast<double>(listed_.size());
+  bool holds = listed <= too_many * closed;
+  for (std::size_t k = 0; holds && k < pairs_.size(); ++k) holds = closed_[k] == 0 || in_list_[k] >= 0;
+  if (holds && analysed_) return;
+  analysed_ = true;
+  const bool keep = listed <= kept * closed;
+  listed_.clear();
+  for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    const bool listed_now = closed_[k] != 0 || (keep && in_list_[k] >= 0);
+    in_list_[k] = listed_now ? static_cast<int>(listed_.size()) : -1;
+    if (listed_now) listed_.push_back(pairs_[k]);
+  }
+  lu.analyse(sizes_, listed_);
 }
 
 /// Column by column of bodies, each written by one thread; every block adds its contacts in ascending order.
 void Hessian::assemble(const System& system, const Mat3* derivative, const unsigned char* state) {
+  list(system, state);
   lu.set_zero();
   in_ranges(static_cast<int>(system.body.size()), bodies_at_once, [&](int from, int to) {
     for (int b = from; b < to; ++b) assemble_column(system, derivative, state, b);
@@ -115,7 +142,7 @@ void Hessian::assemble_column(const System& system, const Mat3* derivative, cons
       } else {
         // Pairs of terms are numbered (0,1), (0,2), ..., (1,2), ...
         const int lo = std::min(a, b), hi = std::max(a, b);
-        const int index = pair_of_[first_pair_[i] + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1];
+        const int index = in_list_[pair_of_[first_pair_[i] + lo * t.count - lo * (lo + 1) / 2 + hi - lo - 1]];
         H = ta.body < body ? lu.upper(index) : lu.lower(index);
       }
       if (n == 6 && ta.n == 6) add_block_six(system.J.data() + ta.at, T.data(), H);
