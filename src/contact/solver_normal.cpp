@@ -123,7 +123,7 @@ std::pair<double, double> NormalSweeps::gain() {
   return all;
 }
 
-void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget) {
+void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<double>& v, double tolerance, int budget, double enough) {
   gather(system, p);
   direction_.assign(rows_.size(), 0.0);
   change_.assign(rows_.size(), 0.0);
@@ -140,7 +140,8 @@ void NormalSweeps::run(const System& system, std::vector<Vec3>& p, std::vector<d
     if (sweeps % pace == 0) {
       // Of a tower every sweep carries an impulse on by a part of it alone: where the same pace does not nearly get there, others are faster.
       const double rounds_left = static_cast<double>(budget - sweeps) / pace;
-      if (sweeps >= 2 * pace && largest * std::pow(std::min(1.0, largest / checked), rounds_left) > 10 * tolerance) break;
+      const double in_the_end = largest * std::pow(std::min(1.0, largest / checked), rounds_left);
+      if (sweeps >= 2 * pace && in_the_end > 10 * tolerance && (in_the_end > enough || residual(v.data()) <= enough)) break;
       checked = largest;
     }
   }

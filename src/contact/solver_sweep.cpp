@@ -102,7 +102,7 @@ void sweep(const System& system, std::vector<Vec3>& p, std::vector<double>& v, i
   for (int s = 0; s < sweeps; ++s)
     system.order.each(s % 2 == 0, true, [&](int i) {
       const Touch& t = system.touch[i];
-      if (!(t.w > 0)) return false;
+      if (!(t.w > 0) || system.open_still(t, p[i], v.data())) return false;
       const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
       const Vec3 next = solve_one(t, u - t.W * p[i], p[i]);
       const Vec3 change = next - p[i];
@@ -120,6 +120,8 @@ bool LocalSweeps::mark(const System& system, const std::vector<Vec3>& p, const s
     bool some = false;
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
+      pending_[i] = 0;
+      if (system.open_still(t, p[i], v.data())) continue;
       const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
       pending_[i] = natural_residual(t.law, u, p[i], t.scale(), 0) > limit;
       some = some || pending_[i] != 0;
@@ -148,7 +150,7 @@ void LocalSweeps::fetch(const System& system, int i, int way) const {
 /// True if the contact's impulse changed by more than counts.
 bool LocalSweeps::visit(const System& system, int i, std::vector<Vec3>& p, std::vector<double>& v, double change_that_counts) {
   const Touch& t = system.touch[i];
-  if (!(t.w > 0)) return false;
+  if (!(t.w > 0) || system.open_still(t, p[i], v.data())) return false;
   const Vec3 u = system.relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
   Vec3 change = solve_one(t, u - t.W * p[i], p[i], visited) - p[i];
   if (change == Vec3::Zero()) return false;

@@ -47,6 +47,10 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
   in_ranges(contacts(), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
       const Touch& t = touch[i];
+      if (open_still(t, p[i], v.data())) {
+        of_contact_[i] = 0;
+        continue;
+      }
       const Vec3 u = relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
       of_contact_[i] = natural_residual(t.law, u, p[i], t.scale(), round_off(t, reach_));
     }
@@ -272,6 +276,8 @@ void System::fill(const ContactProblem& problem, int contact) {
   constexpr double apart = 1e4;
   if (const double along = std::max(t.W(1, 1), t.W(2, 2)); along > apart * t.W(0, 0) && t.W(0, 0) > 0) t.w = t.W(0, 0), t.wt = along;
   t.slip = t.w > 0 ? eliminate_normal(t.W) : Eliminated{};
+  // Sliding presses it by no more than mu |c| of what friction takes.
+  t.opens = t.w > 0 && t.law.exact && t.law.floor == 0 && t.law.cohesion == 0 && t.law.mu * length(t.slip.c1, t.slip.c2) < 1;
 }
 
 void System::assemble(const ContactProblem& problem, bool exact_coulomb) {

@@ -39,6 +39,7 @@ Eliminated eliminate_normal(const Mat3& W);
 struct Touch {
   int id = 0;               // contact of the problem
   int first = 0, count = 0; // into terms
+  bool opens = false;       // parting it bears nothing, and no sliding makes it bear: without an impulse, u_n >= 0 is its one solution
   Law law;
   double w = 0, wt = 0;     // velocity change per impulse: that along the face is another one only where the two are far apart
   Scale scale() const { return {w, wt}; }
@@ -89,6 +90,8 @@ struct System {
   }
   /// Its normal component alone.
   double relative_normal(const Touch& t, const double* x) const { return rows<1>(t, x)[0]; }
+  /// True if it bears nothing and parts, as most of those listed in a heap do: solved as it is, which its normal row alone tells.
+  bool open_still(const Touch& t, const Vec3& p, const double* v) const { return t.opens && p == Vec3::Zero() && relative_normal(t, v) + t.bias.x() >= 0; }
   /// x += J_i^T p: the velocity change an impulse makes.
   void push(const Touch& t, const Vec3& p, double* x) const {
     for (const TouchTerm *term = terms.data() + t.first, *end = term + t.count; term != end; ++term) add_transposed(J.data() + term->at, term->n, p, x + term->v);
