@@ -15,8 +15,9 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const bool blocks_in_sub_step = s.sub_step && s.blocks;
   const double lasting = blocks_in_sub_step ? std::max(s.h, 2 * std::sqrt(s.accuracy * s.length / std::max(s.gravity, 1e-12))) : s.h;
   const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
+  const double part = s.large && !s.small && s.h > 0 ? 2 : 1;   // of that: in large heaps a path spends as much again on the last half
   const double coarse = std::clamp(s.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
-  settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse : s.still ? 1e-9 : std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy), std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
+  settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse : s.still ? 1e-9 : part * std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy), std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
   if (s.small && s.sub_step) settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
@@ -25,13 +26,13 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.still)   // where the sticking touches of a heap contradict each other: 1e-9 of the island's speed, or what a block at rest may move by
     settings.sufficient = std::max(1e-5, s.at_rest / settings.velocity_scale);
   else if (s.h > 0 && s.heap)   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
-    settings.sufficient = std::max(2 * settings.tolerance, std::min({0.3, 1e-4 * s.speed / settings.velocity_scale, allowed}));
+    settings.sufficient = std::max((2 / part) * settings.tolerance, std::min({0.3, 1e-4 * s.speed / settings.velocity_scale, allowed}));
   // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the next steps: where hundreds of factorisations
-  // get no farther a fiftieth of what moves is taken, of creep up to 3e-4 of the island's speed, but never a third of what moves.
+  // get no farther a fiftieth of what moves is taken, of creep up to 1e-3 of the island's speed, but never a third of what moves.
   if (s.large && !s.small && s.h > 0) {
     settings.steps_first = s.again || s.fastest < 0.5 * s.speed;
     if (s.still) settings.most_factorisations = 200;
-    else settings.stalled = std::max({settings.sufficient, 0.02, std::min(0.3, 3e-4 * s.speed / settings.velocity_scale)});
+    else settings.stalled = std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
   }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;

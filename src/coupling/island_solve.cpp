@@ -29,7 +29,9 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
   return work > 1e-6 * size;
 }
 
-constexpr double hopeless = 4;   // times the work allowed, from which on a large heap is left as its sweeps leave it: Newton's method got there in a tenth of all tries
+constexpr double may_sink = 1e-5;   // of a block: all of a large heap, in a step whose solution is taken where its search stalls
+constexpr double far_off = 100;     // times the work allowed, from which on sweeps do not bring a large heap near to it either
+constexpr double hopeless = 4;      // times the work allowed, from which on a large heap is left as its sweeps leave it: Newton's method got there in a tenth of all tries
 
 /// Sweeps from what solved a problem while they take a twentieth of the work unearned at a time, down to `most` [J], the residual within `limit` [m/s]. What
 /// is left of it in a heap at rest lies on thousands of contacts, whose regions a factorisation would have to know. The work left.
@@ -60,7 +62,9 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   r.residual *= settings.velocity_scale;   // in m/s until it is returned
   const double limit = std::max(r.residual, settings.tolerance * settings.velocity_scale);
   for (int round = 0; round < 3; ++round) {
-    const double work = sweep_while_it_pays(solver, problem, limit, most, unearned(problem, 0.5 * most), r), residual = r.residual / scale;
+    const double begun = unearned(problem, 0.5 * most);
+    if (large && begun > far_off * most) break;
+    const double work = sweep_while_it_pays(solver, problem, limit, most, begun, r), residual = r.residual / scale;
     if (work <= most || (large && work > hopeless * most)) break;
     contact::SolveSettings closer = settings;
     closer.velocity_scale = scale;
@@ -81,6 +85,24 @@ contact::SolveReport solve_closer(contact::ContactSolver& solver, contact::Conta
   return r;
 }
 
+/// What is taken where its search stalls leaves residuals of one sign, which add up along a tower: sinking by them and lifted again, it would move by itself.
+/// Of more than `bearable` unearned work [J; `most` is what a step may have] the whole search of smaller heaps solves the problem.
+contact::SolveReport solve_soundly(contact::ContactSolver& solver, contact::ContactProblem& problem, const contact::SolveSettings& settings, double most, double bearable) {
+  if (!(settings.stalled > 0)) return solver.solve(problem, settings);
+  std::vector<contact::ProblemContact> asked = problem.contacts;
+  const contact::SolveReport r = solver.solve(problem, settings);
+  if (!r.converged || !r.stalled || unearned(problem, 0.5 * most) <= bearable) return r;
+  problem.contacts.swap(asked);
+  contact::SolveSettings whole = settings;
+  whole.stalled = 0;
+  whole.steps_first = false;
+  contact::SolveReport searched = solver.solve(problem, whole);
+  searched.newton += r.newton;
+  searched.sweeps += r.sweeps;
+  searched.outer += r.outer;
+  return searched;
+}
+
 }  // namespace
 
 bool IslandStepper::solve(double h, Effort effort) {
@@ -97,11 +119,14 @@ bool IslandStepper::solve(double h, Effort effort) {
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;
   const bool moves = h > 0 && in_heap() && !small && !still;
+  double weight = 0;   // [N]
+  for (const Body& b : bodies_) weight += model_.blocks[static_cast<std::size_t>(b.block)].mass * model_.gravity.norm();
+  const double most = settings_.accuracy * kinetic(&Body::v0);   // unearned work of a step [J]
   const auto attempt = [&] {
-    contact::SolveReport r = solver_.solve(problem_, settings);
+    contact::SolveReport r = solve_soundly(solver_, problem_, settings, most, std::max(10 * most, may_sink * length_ * weight));
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
-    if (r.converged && !r.stalled && moves) r = solve_closer(solver_, problem_, settings, step.large, speed_, settings_.accuracy * kinetic(&Body::v0), r);
+    if (r.converged && !r.stalled && moves) r = solve_closer(solver_, problem_, settings, step.large, speed_, most, r);
     work_ += static_cast<double>(problem_.contacts.size()) * (5.0 + r.newton);   // what goes with a solution costs as much as a few factorisations
     n.newton += r.newton;
     n.sweeps += r.sweeps;
