@@ -28,11 +28,16 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   else if (s.h > 0 && s.heap)   // of a search that stalls: a third of what creeps, so that creep dies out, far below the island's speed and the accuracy
     settings.sufficient = std::max((2 / part) * settings.tolerance, std::min({0.3, 1e-4 * s.speed / settings.velocity_scale, allowed}));
   // Blows that run through a large heap, and loads that shift in one that comes to rest, are solved over the next steps: where hundreds of factorisations
-  // get no farther a fiftieth of what moves is taken, of creep up to 1e-3 of the island's speed, but never a third of what moves.
+  // get no farther a fiftieth of what moves is taken, of creep up to 1e-3 of the island's speed, but never a third of what moves, unless all of
+  // that is less than 1e-3 of the island's speed: then 3e-4 of the latter.
   if (s.large && !s.small && s.h > 0) {
     settings.steps_first = s.again || s.fastest < 0.5 * s.speed;
     if (s.still) settings.most_factorisations = 200;
     else settings.stalled = std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
+    if (!s.still && s.fastest <= 1e-3 * s.speed) {
+      settings.stalled = std::max(settings.stalled, 3e-4 * s.speed / settings.velocity_scale);
+      settings.most_factorisations = 80;
+    }
   }
   // A loaded spring's row holds its elongation over h: of short steps that leaves no more than round-off of it.
   const double round_off = std::numeric_limits<double>::epsilon() * s.largest_bias / settings.velocity_scale;

@@ -30,6 +30,7 @@ bool give_energy(const contact::ContactProblem& problem, const std::vector<int>&
 }
 
 constexpr double may_sink = 1e-5;   // of a block: all of a large heap, in a step whose solution is taken where its search stalls
+constexpr double may_creep = 2e-6;  // the same of one that moves by less than 1e-3 of its speed
 constexpr double far_off = 100;     // times the work allowed, from which on sweeps do not bring a large heap near to it either
 constexpr double hopeless = 4;      // times the work allowed, from which on a large heap is left as its sweeps leave it: Newton's method got there in a tenth of all tries
 
@@ -123,7 +124,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   for (const Body& b : bodies_) weight += model_.blocks[static_cast<std::size_t>(b.block)].mass * model_.gravity.norm();
   const double most = settings_.accuracy * kinetic(&Body::v0);   // unearned work of a step [J]
   const auto attempt = [&] {
-    contact::SolveReport r = solve_soundly(solver_, problem_, settings, most, std::max(10 * most, may_sink * length_ * weight));
+    contact::SolveReport r = solve_soundly(solver_, problem_, settings, most, std::max(10 * most, (fastest_ > 1e-3 * speed_ ? may_sink : may_creep) * length_ * weight));
     // In a tower residuals of one sign add up from block to block, and the projection lifts again what has sunk: gravity would drive on what hardly
     // moves, for ever; loads that part throw it. What all contacts do unearned together is to be a small part of the motion.
     if (r.converged && !r.stalled && moves) r = solve_closer(solver_, problem_, settings, step.large, speed_, most, r);
