@@ -146,7 +146,7 @@ TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
   step.still = true;   // a certificate of rest is none where the search stalls
   EXPECT_EQ(how_closely(step).stalled, 0);
   step.fastest = 0;
-  EXPECT_GE(how_closely(step).most_factorisations, 200);   // and it may take many: a stack of 1000 has none after 80
+  EXPECT_GE(how_closely(step).most_factorisations, 200);   // and it may take many: a stack of 1000 has none after 40
 }
 
 TEST(Closeness, WhatIsSolvedToRoundOffProvesRest) {
