@@ -12,7 +12,7 @@ namespace {
 using detail::System;
 
 struct Heap {
-  Builder b = cubes(12, 12, 5, 0.5, 0.01);   // 576 pairs of cubes
+  Builder b = cubes(12, 12, 6, 0.5, 0.01);   // 720 pairs of cubes
   System system;
   detail::Hessian hessian;
   std::vector<Mat3> D;
@@ -29,17 +29,18 @@ struct Heap {
     }
     hessian.prepare(system);
   }
-  /// Closes the contacts of pairs whose upper block is below the floor `floor`; null if negative: all.
+  /// Closes the contacts of pairs whose upper block is below the floor `floor`; all, without asking for states, if it is negative.
   void close_below(int floor) {
     state.clear();
+    if (floor < 0) return;
     for (const detail::Touch& t : system.touch) {
       const double z = b.centre[static_cast<std::size_t>(system.body[static_cast<std::size_t>(system.terms[static_cast<std::size_t>(t.first + t.count - 1)].body)])].z();
-      state.push_back(floor < 0 || z < floor ? detail::closed : detail::open);
+      state.push_back(z < floor ? detail::closed : detail::open);
     }
   }
   /// Largest entry of H x - f, H applied contact by contact.
   double error() {
-    hessian.assemble(system, D.data(), state.data());
+    hessian.assemble(system, D.data(), state.empty() ? nullptr : state.data());
     EXPECT_TRUE(hessian.lu.factor());
     std::vector<double> f(static_cast<std::size_t>(system.n));
     for (std::size_t k = 0; k < f.size(); ++k) f[k] = std::sin(0.1 * static_cast<double>(k));
@@ -47,7 +48,7 @@ struct Heap {
     hessian.lu.solve(x.data());
     std::vector<double> left = x;
     for (int i = 0; i < system.contacts(); ++i)
-      if (state[static_cast<std::size_t>(i)] != detail::open) system.push(system.touch[static_cast<std::size_t>(i)], D[static_cast<std::size_t>(i)] * system.relative(system.touch[static_cast<std::size_t>(i)], x.data()), left.data());
+      if (state.empty() || state[static_cast<std::size_t>(i)] != detail::open) system.push(system.touch[static_cast<std::size_t>(i)], D[static_cast<std::size_t>(i)] * system.relative(system.touch[static_cast<std::size_t>(i)], x.data()), left.data());
     double worst = 0;
     for (std::size_t k = 0; k < f.size(); ++k) worst = std::max(worst, std::abs(left[k] - f[k]));
     return worst;
@@ -70,13 +71,13 @@ TEST(Hessian, ThePatternFollowsWhatIsClosed) {
 
 TEST(Hessian, AProblemDoesNotKnowTheOneBefore) {
   Heap heap;
-  heap.close_below(2);
+  heap.close_below(5);   // four fifths of the pairs: few enough to go on with the pattern of all
   EXPECT_LT(heap.error(), 1e-10);
   const std::size_t before = heap.hessian.lu.factor_entries();
   heap.close_below(-1);
   EXPECT_LT(heap.error(), 1e-10);
   heap.hessian.prepare(heap.system);
-  heap.close_below(2);
+  heap.close_below(5);
   EXPECT_LT(heap.error(), 1e-10);
   EXPECT_EQ(heap.hessian.lu.factor_entries(), before);
 }
