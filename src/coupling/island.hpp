@@ -173,6 +173,7 @@ class IslandStepper {
   void weigh_springs();
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
+  bool share_end_rule(const Touch& touch, double h);
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
@@ -189,6 +190,7 @@ class IslandStepper {
   void take_row(Touch& touch, double h, bool first_pass);
   void fill_rows(double h, bool first_pass);
   void fill_row(Touch& touch, double h, bool first_pass);
+  bool onsets_by_trapezoid(const Body* a, const Body& b) const;
   void add_row(Touch& touch, double h, bool first_pass);
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
@@ -225,6 +227,7 @@ class IslandStepper {
   Vec3 shear_way(const Touch& touch, double h) const;
   double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
+  void brake_creep();
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);
@@ -322,6 +325,7 @@ class IslandStepper {
   struct Skin { int structure; std::vector<int> node; MatX inverse; VecX v_hat, v_before; };   // touched nodes, ascending; their W
   std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;                // the structures take condensed steps
+  bool sprung_ = false;                   // springs act in the step, between blocks alone
   bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+
   std::vector<NodeImpulse> shares_;
   struct HeldShare { int structure, node, contact; double weight; Vec3 tilt = Vec3::Zero(); };
@@ -343,6 +347,8 @@ class IslandStepper {
   double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
   double fastest_ = 0;                    // of the points of its blocks at the start of the step [m/s]
   bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
+  double lifted_ = 0;                     // by the last projection, against gravity and spins [J]
+  double unsolved_speed_ = 0;             // what the last contact problem's solution leaves [m/s]
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double stalled_ = 0;                    // length of the last try of this step if its search stalled [s]
   double suggested_ = 0;                  // step that error control would take next [s]

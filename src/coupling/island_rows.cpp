@@ -171,6 +171,11 @@ void IslandStepper::fill_rows(double h, bool first_pass) {
   });
 }
 
+/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks of the springs' end rule alone.
+bool IslandStepper::onsets_by_trapezoid(const Body* a, const Body& b) const {
+  return sprung_ && !(b.end_rule && (a == nullptr || a->end_rule));
+}
+
 void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
   Body* body_a = nullptr;
@@ -254,7 +259,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
   const double gap_ref = n_end.dot(b_end - a_end) + t.offset;
   Vec3 u_end = u_ref;
-  if (t.mode == Mode::closed || (condensed_ && t.mode == Mode::end)) {
+  const bool by_trapezoid = t.mode == Mode::end && (condensed_ || onsets_by_trapezoid(body_a, body_b));
+  if (t.mode == Mode::closed || by_trapezoid) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
     u_end = (turned_on * t.frame).transpose() * relative + u_skin;
@@ -278,7 +284,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::end: {
       t.theta = 1;
-      if (condensed_) {
+      if (by_trapezoid) {
         t.theta = 0.5;
         c.bias = u_end - u_ref;
         if (!t.glued) c.bias[0] += approach_left(t, h);

@@ -98,6 +98,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       // At structures as far as the next step reaches, which then need not search again.
       const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
       report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
+      if (trial.lumped && in_vast_heap()) brake_creep();
     } else {
       ++report_.counters.flights;
       report_.at_rest = false;

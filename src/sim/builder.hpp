@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/shape_pool.hpp"
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/ground.hpp"
@@ -83,6 +84,7 @@ class Builder {
   std::set<std::string> names_;
   std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
   Occupied occupied_;   // by blocks of release areas
+  ShapePool shapes_;    // of all blocks so far
   std::vector<Problem> problems_;
 };
 
