@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact/skin_block.hpp"
+#include "coupling/half_steps.hpp"
 #include "coupling/touch_bed.hpp"
 #include "coupling/touch_spring.hpp"
 
@@ -182,6 +183,10 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const bool at_structure = pair.a.kind == Partner::Kind::structure;
   const bool bonded = at_structure && glued_elsewhere(memory, partner);   // the bond is hard, and so are its ruins until it has given way everywhere
   std::vector<const ContactMemory*> last_of;
+  double lasted = 0;   // the leapfrog's step before, 0: none [s]
+  for (const ContactMemory& c : memory)
+    if (at_skin && c.partner == partner) lasted = std::max(lasted, c.lasted);
+  const BeforeFullStep before(m, s, pair.b, lasted);
   for (const FoundPoint& found : points) {
     const contact::ContactPoint& p = found.at;
     Touch& t = out.emplace_back();
@@ -204,6 +209,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (last == nullptr && at_structure) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
     if (last == nullptr && !at_structure) join_pair(t, memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
+    if (before.strains()) t.sooner = p.normal.dot(point_velocity(s, pair.b, p.point_a) + before(p.point_a) - partner_velocity(s, env, t)) - t.approach;
     const bool hard = bonded || (at_skin && p.face_a >= 0 && within_cell(*t.law, env.structures[of_a].structure->young(), face_edge(env.structures[of_a].index->surface(), p.face_a)));
     if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring

@@ -345,6 +345,22 @@ TEST(StructureEnergy, HertzFromFaceToFace) {
   }
 }
 
+/// A sphere that strains as it strikes: what it sank in the step before goes by the strain rates of that half step, the spring by the way of the point that its impulse acts at. By those of full steps 15.8 % of the
+/// energy was made; by the way of the block's point, a depth aside, 0.22 and 0.84 %.
+TEST(StructureEnergy, HertzOnABlockThatStrains) {
+  for (const auto& [speed, allowed] : {std::pair(5.0, 1e-3), std::pair(20.0, 4e-3)}) {
+    SceneText s = scene(speed < 10 ? 0.006 : 0.004, "50 GPa", 0, "contact_law = { kind = \"hertz\", radius = 0.5 }");
+    s.history(1e-4);
+    s.raw(structure_box("wall", Vec3(6, 6, 6), Vec3(3, 0, 0), {15, 15, 15}, "concrete", "support = [\"+x\"]\npreload = \"none\"\n"));
+    s.raw("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\nlongitudes = 24\nlatitudes = 11\nposition = [-0.501, 0, 0]\ndeformable = true\n" + velocity(Vec3(speed, 0, 0)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    for (const sim::HistoryRow& r : o.rows) ASSERT_LT(std::abs(r.ledger.by_the_scheme()), allowed * o.rows.front().ledger.kinetic) << speed << ", " << r.time;
+    EXPECT_LT(o.rows.back().velocity[0].x(), -0.9 * speed);   // it came back,
+    EXPECT_GT(o.rows.back().velocity[0].x(), -speed);         // no faster than it came
+  }
+}
+
 /// A tetrahedron comes down at the edge of a beam and reaches past it while it sinks in. The face on top was left out in one step for a sliver of it below the side, which was itself left out, and a third of the
 /// energy was lost; pushed along its facets, of which one leans over, it made a fifth.
 TEST(StructureEnergy, CornerThatComesDownAtAnEdge) {
