@@ -81,6 +81,16 @@ TEST(StructureEnergy, PointsThatCrush) {
   }
 }
 
+/// A box that crushes a column's edge: a face of it is left out while another side has the same overlap, and comes back deep below its craters. What lay between was crushed at once, by no work: 12.6 % of the energy made, 10 kJ of it
+/// in two steps.
+TEST(StructureEnergy, CushionsAtAnEdgeThatComeBack) {
+  SceneText s = scene(0.1, "40 GPa", 0, "normal_stiffness = \"200 MPa/m\"\ncontact_law = { kind = \"crushing\", pressure = \"8 MPa\" }");
+  s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1.2, 1.6]\nheight = 7\ncell_size = 0.5\ndamping_ratio = 0\norientation = { rotation_vector = [0, 0, \"43.991 deg\"] }\n");
+  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.6, 0.9, 1.2]\nposition = [-1.479497, 0.021285, 2.485488]\nvelocity = [12.49774, 0.96119, -6.2312]\nspin = [0.88356, 4.15519, 4.282]\n"
+        "orientation = { quaternion = [-0.31178, 0.403413, 0.830858, 0.222994] }\n");
+  EXPECT_LT(by_the_scheme(s), 0.09);
+}
+
 /// Springs by a table, under a turned cube whose corner, edge and face follow each other: a point that is found anew starts unloaded, and one that vanishes leaves what it held. As deep as the geometry has it at once, 5.7 % were made,
 /// by the same table on a slab that broke 29 times the energy.
 TEST(StructureEnergy, TurnedCubeOnATable) {
