@@ -191,6 +191,8 @@ class IslandStepper {
   void fill_rows(double h, bool first_pass);
   void fill_row(Touch& touch, double h, bool first_pass);
   bool onsets_by_trapezoid(const Body* a, const Body& b) const;
+  bool goes_by_its_row(const Touch& touch) const;
+  double parts_at(const Touch& touch) const;
   void add_row(Touch& touch, double h, bool first_pass);
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;

@@ -196,7 +196,7 @@ std::string SummaryBuilder::algorithmic_warning() const {
   text += ".";
   const bool contacts = structures_.size() > 1 || std::any_of(header_.blocks.begin(), header_.blocks.end(), [](const auto& b) { return !b.fixed; });
   if (contacts) text += " Contacts: " + against_algorithmic() + ".";
-  if (!structures_.empty()) text += " Structures: their sub-steps are their own; see whether it lessens with a lower structure.critical_step_fraction.";
+  if (!structures_.empty()) text += fmt::format(" Structures: their sub-steps are their own; see whether it lessens with {}a lower structure.critical_step_fraction.", header_.blocks.empty() ? "" : "a higher coupling.exchanges_per_rise or ");
   text.pop_back();
   return text;
 }
