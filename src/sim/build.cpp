@@ -85,6 +85,7 @@ std::unique_ptr<World> Builder::build() {
     world_->paper.emplace();
     const coupling::Environment& env = world_->system->environment();
     if (env.terrain) world_->paper->surfaces.push_back(env.terrain.get());
+    world_->paper->first_structure = static_cast<int>(world_->paper->surfaces.size());
     for (const coupling::StructurePart& p : env.structures) world_->paper->surfaces.push_back(p.index.get());
   }
   for (Problem& p : world_->scene.warnings) locate(p);

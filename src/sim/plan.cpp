@@ -225,6 +225,9 @@ std::vector<std::string> Simulation::plan() const {
   for (const dda::Model::Block& b : model.blocks) ++(b.fixed ? fixed : b.deformable ? strained : rigid);
   if (w.paper) {
     lines.push_back(fmt::format("Method dda-1988: the paper's scheme, 12 degrees of freedom for every block, step {:g} s.", s.simulation.step.value_or(1e-4)));
+    if (!s.structures.empty())
+      lines.push_back(s.coupling.scheme == scene::Coupling::Scheme::one_way ? "Method dda-1988: structures do not give way to blocks (scheme one-way): their undeformed skin is a fixed surface, its contact forces are put on them in each step."
+                                                                             : "Method dda-1988: structures are fixed surfaces (scheme rigid): what blocks do to them is told, they do not respond.");
     for (const std::string& line : w.paper->scheme.plan(model, s.laws)) lines.push_back(line);
   } else if (s.simulation.step) {
     lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, fixed step {:g} s.", *s.simulation.step));
