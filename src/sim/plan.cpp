@@ -166,6 +166,9 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
     const double edge = coupling::face_edge(part.index->surface()), young = part.structure->young();
     if (coupling::within_cell(law, young, edge))
       lines.push_back(fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of its own, which gives more than both should", pair, law.normal_stiffness));
+    if (law.stiffness == ContactLaw::Stiffness::per_contact && law.kind == ContactLaw::Kind::linear)
+      lines.push_back(fmt::format("  {}: springs of {:.4g} N/m at each contact point; where faces meet there is one for each node of the mesh, so that together they are stiffer with finer cells. What is known of the "
+                                  "whole contact is to be divided by the area that touches, and given in Pa/m", pair, law.normal_stiffness));
     if (law.restitution_tangential) lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
     if (law.rolling_resistance > 0) lines.push_back(fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
   }
