@@ -139,7 +139,7 @@ std::string start_line(const World& w) {
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
-  const Vec3 weight = structure.base_force();
+  const Vec3 weight = structure.permanent_reaction().head<3>();
   if (weight.norm() > 0) lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
   if (spec.kind != "viaduct") return lines;
   const Vec3 axis = spec.rotation.col(0);
