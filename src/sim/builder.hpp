@@ -69,6 +69,7 @@ class Builder {
   void check_probes(const StructureSpec& spec, const Box3& bounds);
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
   void pair_structures();
+  void warn_of_sudden_weight();
   /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size is not resolved.
   void warn_of_small_blocks();
 

@@ -228,6 +228,25 @@ TEST(Recorder, DesignFormulasTakeTheStructuresOwnSection) {
   EXPECT_NE(with[5]["note"].get<std::string>().find("not applicable"), std::string::npos) << with[5]["note"];
 }
 
+/// A box of earth has no resistance to punching by EN 1992.
+TEST(Recorder, WhatIsNoConcreteHasNoResistanceOfIt) {
+  SyntheticRun run = small();
+  const auto ids = [&](double young) {
+    sim::RunHeader header = run.header();
+    header.structures[0].young = young;
+    io::SummaryBuilder builder(header);
+    builder.add(run.row(run.impact, 2));
+    builder.add(run.contact_rows(run.impact, run.impact + 0.1));
+    std::string all;
+    const nlohmann::json j = nlohmann::json::parse(builder.text(nullptr));
+    for (const auto& f : j["formulas"]) all += f["id"].get<std::string>() + " ";
+    return all;
+  };
+  EXPECT_EQ(ids(30e6).find("en1992-punching"), std::string::npos) << ids(30e6);
+  EXPECT_NE(ids(30e6).find("hertz"), std::string::npos) << ids(30e6);
+  EXPECT_NE(ids(30e9).find("en1992-punching"), std::string::npos) << ids(30e9);
+}
+
 TEST(Recorder, BlocksAndStructuresOutsideOfTheFormulasRangeHaveNone) {
   SyntheticRun run = small();
   sim::RunHeader header = run.header();
