@@ -165,7 +165,11 @@ class IslandStepper {
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;
   bool meets_hard(const Touch& touch) const;
-  bool impact_rows(double scale);
+  struct Restitution { double normal = 0, along = 0; };   // along the normals and along the faces
+  enum class Impact { unsolved, gains, done };            // gains: energy from restitution
+  Restitution impact_rows(const Restitution& part);
+  Impact strike(const Restitution& part, bool frozen_strain);
+  Impact most_along(bool frozen_strain);
   double kinetic(Vec12 Body::*velocity) const;
   void note_impacts_on_skin(double time);
   bool impact_stage(double time);
