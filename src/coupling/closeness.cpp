@@ -54,12 +54,13 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
     r.converged = true;
     r.tier = 'C';
   };
+  const bool stalled = r.converged && r.stalled;   // taken where its search got no farther: of another step it would be asked closer
   // Where touches contradict each other by so little no other rows would help: taken as it is.
   if (!r.converged && patience.no_better && s.small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) take();
   // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large islands are.
   if (!r.converged && patience.last_resort && s.sub_step && r.residual <= 0.1 * s.accuracy) take();
   if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
-  const bool certified = r.converged;
+  const bool certified = r.converged && !stalled;
   // A step like any other, though it proves no rest: of a heap far less than is taken where it creeps, and what shorter steps or the convex problem would leave no smaller.
   if (!r.converged && s.still && !s.small && s.h > 0 && r.residual <= (s.heap ? std::max(s.accuracy, 1e-2) : s.accuracy)) take();
   return certified;

@@ -54,7 +54,7 @@ struct IslandReport {
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
   std::string failure;                    // empty: done
-  bool stopped = false;                   // from outside, before the end
+  bool stopped = false;                   // from outside, before the end: the island is not at the end of the stretch, nor at any of its steps
 };
 
 class IslandStepper {
@@ -76,7 +76,8 @@ class IslandStepper {
   struct Booking;
 
   void begin(const Island& island);
-  bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
+  /// What has seen the stop has done less than it would have: whatever it comes to from here on is void, and the report says so.
+  bool stopped() { return report_.stopped = report_.stopped || (stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0); }
   void begin_step(double h, bool frozen_strain);
   // island_focus.cpp
   struct Followed { double blocks, skins; };
@@ -164,7 +165,11 @@ class IslandStepper {
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;
   bool meets_hard(const Touch& touch) const;
-  bool impact_rows(double scale);
+  struct Restitution { double normal = 0, along = 0; };   // along the normals and along the faces
+  enum class Impact { unsolved, gains, done };            // gains: energy from restitution
+  Restitution impact_rows(const Restitution& part);
+  Impact strike(const Restitution& part, bool frozen_strain);
+  Impact most_along(bool frozen_strain);
   double kinetic(Vec12 Body::*velocity) const;
   void note_impacts_on_skin(double time);
   bool impact_stage(double time);

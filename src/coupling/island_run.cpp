@@ -80,6 +80,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       if (longest < settings_.min_step) return fail_at_smallest_step();
       continue;
     }
+    if (report_.stopped) return report_;   // no onset was sought
     longest = std::numeric_limits<double>::infinity();
     impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
     if (condensed_ && !correct_skins(trial.start, taken)) {

@@ -23,10 +23,7 @@ bool IslandStepper::take(Trial& trial) {
   stalled_ = 0;
   ahead_.assign(island_->pairs.size(), 0.0);
   for (;;) {
-    if (stopped()) {
-      report_.stopped = true;
-      return false;
-    }
+    if (stopped()) return false;
     step_length_ = trial.h;
     for (int s : island_->structures) {
       Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;

@@ -222,14 +222,18 @@ std::string SummaryBuilder::algorithmic_warning() const {
   return text;
 }
 
-std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
-  constexpr double allowed = 0.01;   // of the largest kinetic energy
-  constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
-  std::vector<std::string> list = header_.warnings;
+double SummaryBuilder::least_kinetic() const {
+  constexpr double least = 5e-5;   // [J/kg] 1 cm/s
   double mass = 0;
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
+  return least * mass;
+}
+
+std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
+  constexpr double allowed = 0.01;   // of the largest kinetic energy
+  std::vector<std::string> list = header_.warnings;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
-  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least * mass)
+  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least_kinetic())
     list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
@@ -461,9 +465,11 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     if (!blocks_[i].left && moves(i)) ++moving;
   }
   if (blocks_.empty()) return;
-  if (way >= 0)
-    lines.push_back(fmt::format("{} went {}{} in plan, {} down, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
-                                length(blocks_[farthest].start.z() - blocks_[farthest].end.z()), blocks_[farthest].max_speed));
+  if (way >= 0) {
+    const double drop = blocks_[farthest].start.z() - blocks_[farthest].end.z();
+    lines.push_back(fmt::format("{} went {}{} in plan, {} {}, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
+                                length(std::abs(drop)), drop < 0 ? "up" : "down", blocks_[farthest].max_speed));
+  }
   std::size_t left = 0;
   for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;
   if (left == blocks_.size()) return;

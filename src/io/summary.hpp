@@ -124,6 +124,7 @@ class SummaryBuilder {
   double failed_before_strike(std::size_t structure) const;
   std::string against_algorithmic() const;
   std::string algorithmic_warning() const;
+  double least_kinetic() const;   // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;

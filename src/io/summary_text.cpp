@@ -166,7 +166,7 @@ json SummaryBuilder::of_energy() const {
           {"damping_work", last_.damping_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / std::max(scale, least_kinetic()) : 0.0},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},

@@ -239,7 +239,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
   refuse_names_of_fragments(scene, view);
-  if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
+  if (scene.blocks.empty() && !view.has("rock_mass") && scene.structures.empty() && problems.empty())   // `block = []` is none
     view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
 
   const bool blocks_move = view.has("rock_mass") || std::any_of(scene.blocks.begin(), scene.blocks.end(), [](const Block& b) { return !b.fixed; });

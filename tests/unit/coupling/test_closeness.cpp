@@ -91,7 +91,7 @@ TEST(Closeness, AHeapWhoseSearchStallsRestsWithinWhatABlockAtRestMayMoveBy) {
 }
 
 /// The same contacts in a heap that comes to rest, its fastest block at 0.25 m/s.
-contact::SolveReport stalled_at(double off, bool large) {
+contact::SolveReport stalled_at(double off, bool large, bool* certified = nullptr) {
   Jammed jammed(40, off);
   StepToSolve step = standing();
   step.still = false;
@@ -100,7 +100,8 @@ contact::SolveReport stalled_at(double off, bool large) {
   const contact::SolveSettings settings = how_closely(step);
   contact::ContactSolver solver;
   contact::SolveReport report = solver.solve(jammed.problem, settings);
-  judge(step, settings, {}, report);
+  const bool rests = judge(step, settings, {}, report);
+  if (certified != nullptr) *certified = rests;
   return report;
 }
 
@@ -113,6 +114,15 @@ TEST(Closeness, OfALargeHeapAFiftiethOfWhatMovesIsTakenWhereTheSearchStalls) {
   EXPECT_FALSE(far.converged);
   EXPECT_FALSE(small.converged);
   EXPECT_FALSE(stalled_at(1e-4 * 0.25, true).stalled);   // within what is sufficient
+}
+
+/// It is solved over the next steps: what moves by less than that residual may be about to move.
+TEST(Closeness, WhatALargeHeapStallsAtProvesNoRest) {
+  bool stalled = true, sufficient = false;
+  EXPECT_TRUE(stalled_at(0.01 * 0.25, true, &stalled).converged);
+  EXPECT_FALSE(stalled);
+  EXPECT_TRUE(stalled_at(1e-4 * 0.25, true, &sufficient).converged);
+  EXPECT_TRUE(sufficient);
 }
 
 TEST(Closeness, OfALargeHeapTwiceAsMuchIsLeftAStep) {
