@@ -31,7 +31,7 @@ void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
 }
 
 void IslandStepper::confine(const Touch& t, const contact::ProblemContact& c) {
-  // Takes from the free directions of both blocks what this spring holds: its normal, and all where a shear spring sticks.
+  // Takes from the free directions of both blocks what this spring or hard joint holds: its normal, and all where a shear spring sticks.
   const bool slides = t.impulse.tail<2>().norm() >= (c.friction * t.impulse[0] + c.cohesion) * (1 - 1e-9);
   const auto hold = [&](int block) {
     const int l = local_[static_cast<std::size_t>(block)];
@@ -101,7 +101,7 @@ void IslandStepper::apply(double h) {
   });
   if (sprung)
     for (const Touch& t : touches_)
-      if (t.row >= 0 && t.mode == Mode::spring_end && t.b >= 0 && t.impulse[0] > 0) confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
+      if (t.row >= 0 && (t.mode == Mode::spring_end || (sprung_ && t.stiffness == 0)) && t.b >= 0 && t.impulse[0] > 0) confine(t, problem_.contacts[static_cast<std::size_t>(t.row)]);
   each_body([&](Body& b) { move_body(b, h); });
 }
 
