@@ -40,12 +40,22 @@ double scale_to(const std::vector<Spring*>& springs, double energy, double now) 
   const bool power = std::all_of(springs.begin(), springs.end(), [&](const Spring* p) { return p->touch->law->kind == kind && p->touch->normal_law.growth == 0; }) &&
                      (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
   if (power) return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
+  const auto held = [&](double s) {
+    double sum = 0;
+    for (const Spring* p : springs) sum += p->touch->normal_law.stored(s * std::max(0.0, p->depth));
+    return sum;
+  };
+  // Springs that crush hold no more than at their limit, however deep: they go no deeper than to hold it.
+  const double most = held(most_growth) * (1 - round_off);
+  if (kind == ContactLaw::Kind::crushing && now >= most) {
+    if (most <= energy) return 1;
+  } else if (kind == ContactLaw::Kind::crushing) {
+    energy = std::min(energy, most);
+  }
   double low = 0, high = most_growth;
   for (int i = 0; i < 60; ++i) {
     const double s = 0.5 * (low + high);
-    double sum = 0;
-    for (const Spring* p : springs) sum += p->touch->normal_law.stored(s * std::max(0.0, p->depth));
-    (sum > energy ? high : low) = s;
+    (held(s) > energy ? high : low) = s;
   }
   return low;
 }
@@ -154,6 +164,8 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
     Touch& t = *p.touch;
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
+    // Where it lies deeper than what it gives, others have crushed the way there, and have booked it.
+    if (p.depth > 0) t.normal_law.crushed = t.normal_law.crushed_after(p.depth);
   }
   if (left > 1e-9 * budget && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
   carry_shear(springs, all);
