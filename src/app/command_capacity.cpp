@@ -49,7 +49,7 @@ json entry(const std::string& structure, const PushDown& now, const PushDown& bu
   const double ratio = now.capacity / built.capacity, permanent = member.axial_preload;
   const auto unless_lost = [&](const std::string& text) { return lost ? std::string("-") : text; };
   fmt::print("{:<16} {:<8} {:>14.1f} {:>14} {:>9} {:>14.1f} {:>8}   {} {}{}\n", structure, now.member, built.capacity / 1e3, lost ? "lost" : fmt::format("{:.1f}", now.capacity / 1e3), unless_lost(fmt::format("{:.3f}", ratio)),
-             permanent / 1e3, unless_lost(fmt::format("{:.2f}", permanent > 0 ? now.capacity / permanent : 0.0)), plain(said, "damage_class"), plain(said, "damage_class_name"), lost ? fmt::format("; what is left bears {:.1f} kN between plates", now.capacity / 1e3) : std::string());
+             std::abs(permanent) < 50 ? 0.0 : permanent / 1e3, unless_lost(permanent > 0 ? fmt::format("{:.2f}", now.capacity / permanent) : std::string("-")), plain(said, "damage_class"), plain(said, "damage_class_name"), lost ? fmt::format("; what is left bears {:.1f} kN between plates", now.capacity / 1e3) : std::string());
   return {{"structure", structure},
           {"member", now.member},
           {"lost", lost},

@@ -1,6 +1,7 @@
 // talus impact: a structure alone, and the one block of [impact] on its way to it.
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include <fmt/format.h>
@@ -77,7 +78,8 @@ int command_impact(const Options& options) {
     problem.file = options.input;
     problem.key = "impact";
     problem.rule = "the scene has no [impact]";
-    problem.remedy = "add [impact] with material, shape, velocity and point: see talus explain impact";
+    problem.remedy = std::filesystem::path(options.input).filename() == "scene.resolved.json" ? "a resolved scene holds the block itself, where it starts: talus run takes it"
+                                                                                               : "add [impact] with material, shape, velocity and point: see talus explain impact";
     throw InputError(problem);
   }
   const scene::Impact impact = *scene.impact;

@@ -47,11 +47,13 @@ void on_signals(void (*action)(int)) {
 }
 
 /// What a scheme other than two-way leaves out, by the run's own numbers; empty for two-way.
-std::string left_out(scene::Coupling::Scheme scheme, const sim::RunResult& result) {
+std::string left_out(const scene::Scene& scene, const sim::RunResult& result) {
   using Scheme = scene::Coupling::Scheme;
+  const Scheme scheme = scene.coupling.scheme;
+  const char* both_ways = scene.simulation.method == scene::Simulation::Method::talus ? "scheme = \"two-way\"" : "method \"talus\", scheme = \"two-way\"";
   if (scheme == Scheme::two_way) return {};
-  if (scheme == Scheme::rigid) return "Scheme rigid: the structures took no energy, and the blocks struck what does not give; scheme = \"two-way\" tells by how much that differs.";
-  return fmt::format("Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system (scheme = \"two-way\") they slow the blocks' rebound and the loads themselves.", result.audit.work_on_structure);
+  if (scheme == Scheme::rigid) return fmt::format("Scheme rigid: the structures took no energy, and the blocks struck what does not give; {} tells by how much that differs.", both_ways);
+  return fmt::format("Scheme one-way: {:.4g} J of work on the structures were taken from no block; in one system ({}) they slow the blocks' rebound and the loads themselves.", result.audit.work_on_structure, both_ways);
 }
 
 void print_result(const sim::RunResult& result, const fs::path& directory, double time, std::size_t gone, std::optional<double> resumed_at, const std::string& left_out, const std::vector<std::string>& headline) {
@@ -59,8 +61,10 @@ void print_result(const sim::RunResult& result, const fs::path& directory, doubl
   const std::string status = result.status == "all left" ? "every block has left the model" : result.status;
   fmt::print("{}{} at t = {:.6g} s: {} steps ({} rejected), {} contacts, {:.3g} s CPU{}\n", status, gone == 0 ? "" : fmt::format(" (but for {} block{} that left the model)", gone, gone == 1 ? "" : "s"), time, n.steps, n.rejected, n.contacts,
              n.cpu_seconds, resumed_at ? fmt::format(" since it went on at t = {:.6g} s", *resumed_at) : "");
-  if (result.audit_made)
-    fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse against momentum {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
+  if (result.audit_made && !left_out.empty())   // no balances of steps
+    fmt::print("Interface audit: recorded against applied impulse {:.2g}\n", result.audit.impulse_defect);
+  else if (result.audit_made)
+    fmt::print("Interface audit: force balance {:.2g}, moment balance {:.2g}, impulse defect {:.2g}, work on blocks {:.6g} J, on structures {:.6g} J\n",
                result.audit.worst_force_imbalance, result.audit.worst_moment_imbalance, result.audit.impulse_defect, result.audit.work_on_blocks, result.audit.work_on_structure);
   if (!left_out.empty()) fmt::print("{}\n", left_out);
   if (!result.message.empty()) fmt::print("{}\n", result.message);
@@ -216,7 +220,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     std::error_code ignored;
     fs::remove(directory / checkpoint_name, ignored);
   }
-  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene().coupling.scheme, result),
+  print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene(), result),
                io::summary_headline(summary));
   for (const std::string& text : io::summary_warnings(summary)) {
     if (const auto& told = recorder->warnings(); std::find(told.begin(), told.end(), text) != told.end()) continue;   // at the start, or as it happened

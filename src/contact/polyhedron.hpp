@@ -25,6 +25,7 @@ struct Polyhedron {
     int v0, v1;      // ordered as in face_left's loop
     int left, right; // the two faces
     double sine;     // > 0 convex edge, < 0 reentrant, sin of the angle between the outward normals
+    bool operator==(const Edge&) const = default;
   };
   std::vector<Edge> edges;                        // E, only true edges (no edge between coplanar faces)
   std::vector<Vec3> face_normals;                 // F, outward unit, body axes
@@ -40,6 +41,7 @@ struct Polyhedron {
   double radius = 0;    // largest |X|                       [m]
   double inradius = 0;  // smallest distance centroid-face, of a concave one at least volume over surface (a plate's half thickness) [m]
   int faces() const { return static_cast<int>(face_offset.size()) - 1; }
+  bool operator==(const Polyhedron&) const = default;
 };
 
 /// The pose of a polyhedron: what the contact search sees of a block.

@@ -86,7 +86,6 @@ struct SolveReport {
   int sweeps = 0;              // Gauss-Seidel sweeps, if used
   int outer = 0;               // proximal or De Saxce outer iterations
   double residual = 0;         // exact-Coulomb residual, relative to velocity_scale
-  double convex_residual = 0;
 };
 
 /// Workspace that keeps factorisations' symbolic parts and buffers between calls. Not shared between threads.

@@ -88,8 +88,7 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
     });
     system.list();
     system.velocities(search.p, search.v);
-    search.best = INFINITY;
-    search.consider(search.p, search.v, system.residual(search.v, search.p));
+    search.start();
     const bool done = search.best <= tolerance || search.run(settings, report);
     for (int i = 0, k = 0; i < nc; ++i) every_p[i] = chosen[i] ? search.best_p[k++] : Vec3::Zero();
     system.touch.resize(every.size());
@@ -154,11 +153,17 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
   start_from(problem, system, search.p);
   system.velocities(search.p, search.v);
-  search.best = INFINITY;
-  search.consider(search.p, search.v, system.residual(search.v, search.p));
+  search.start();
+  if (!std::isfinite(search.best)) {   // of a wild start, or the problem's own
+    search.start_from_nothing();
+    search.start();
+  }
+  const bool solvable = std::isfinite(search.best);
   constexpr int few = 60;
   const bool frictionless = std::all_of(system.touch.begin(), system.touch.end(), [](const Touch& t) { return t.law.mu == 0 && t.law.cohesion == 0; });
-  if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
+  if (!solvable) {
+    // a figure of the problem is none
+  } else if (search.best > tolerance && nc <= few && search.unstressed(settings, report)) {
     // as near to no load as the problem allows
   } else if (search.best > tolerance && nc > few && frictionless) {
     work_->normal.run(system, search.p, search.v, tolerance, 300, settings.sweeps_alone ? settings.stalled * settings.velocity_scale : 0);
@@ -168,7 +173,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
     sweeps(search, tolerance, report);
   }
   const bool enough = settings.sweeps_alone && frictionless && search.best <= settings.stalled * settings.velocity_scale;
-  if (search.best > tolerance && !enough) {
+  if (solvable && search.best > tolerance && !enough) {
     if (nc <= few) search.run(settings, report);
     else solve_in_parts(search, work_->every, work_->every_p, work_->chosen, settings, report);
   }
@@ -201,7 +206,7 @@ double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
       for (int j = 0; j < body.ndof; ++j) u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) * problem.v[body.offset + j];
     }
     const double gap = (u - t.bias - system.relative(t, v.data())).norm() - system.round_off(t, reach);
-    if (!(gap <= worst)) worst = gap;
+    worst = larger(worst, gap);
   }
   return worst;
 }

@@ -339,7 +339,6 @@ InteriorOutcome Interior::run(const System& system, std::vector<Vec3>& p, std::v
     advance(alpha, complementarity, options.recentre);
   }
   outcome.residual = progress.least;
-  outcome.converged = progress.least <= options.tolerance;
   p = best_;
   system.velocities(p, v);
   return outcome;

@@ -33,7 +33,6 @@ struct InteriorOptions {
 };
 
 struct InteriorOutcome {
-  bool converged = false;
   int iterations = 0;
   double residual = 0;
 };

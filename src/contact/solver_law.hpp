@@ -11,6 +11,7 @@
 /// floor    least normal impulse, max(-T, -c/mu)                 N s       1
 #pragma once
 #include <cmath>
+#include <limits>
 
 #include "core/types.hpp"
 
@@ -133,11 +134,16 @@ struct Scale {
   double length(const Vec3& p) const { return normal == tangential ? normal * p.norm() : (*this * p).norm(); }
 };
 
+/// The larger of two residuals. One that is not a number is larger than any.
+inline double larger(double a, double b) { return b <= a || a != a ? a : b; }
+
 /// Natural-map residual [m/s] of impulse p at the total contact velocity u + R p, in the scale w of the contact:
 /// |w (p - P_C(p - (u + R p + shift n) / w))|, P_C nearest in w, with the De Saxce shift mu |(u + R p)_t| for exact Coulomb. It is zero exactly
-/// at solutions; `round_off` is what the velocities cannot resolve, and is taken off.
+/// at solutions; `round_off` is what the velocities cannot resolve, and is taken off. Not a number where the velocity is none or without bound: to
+/// the comparisons of the law it would be open.
 inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& p, const Scale& w, double round_off,
                                double extra_shift = 0) {
+  if (const double sum = u_total.x() + u_total.y() + u_total.z(); !std::isfinite(sum)) return std::numeric_limits<double>::quiet_NaN();
   if (!(w.normal > 0)) return 0;
   Law cone = law;
   cone.exact = false;

@@ -143,7 +143,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
     for (const Vec3& of : of_contact_) {
       inner = std::max(inner, of.x());
       outer = std::max(outer, of.y());
-      if (!(of.z() <= residual)) residual = of.z();   // keeps a NaN
+      residual = larger(residual, of.z());
     }
     if (residual < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
@@ -195,7 +195,6 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
     std::swap(here_, there_);
   }
   outcome.residual = best;
-  outcome.converged = best <= options.tolerance;
   p = best_p_;
   system.velocities(p, v);
   return outcome;

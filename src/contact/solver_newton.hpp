@@ -26,7 +26,6 @@ struct NewtonOptions {
 };
 
 struct NewtonOutcome {
-  bool converged = false;
   int newton = 0, outer = 0;
   double residual = 0;
 };

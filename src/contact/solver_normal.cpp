@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace talus::contact::detail {
 
@@ -25,8 +26,8 @@ void NormalSweeps::gather(const System& system, const std::vector<Vec3>& p) {
     for (int i = from; i < to; ++i) {
       const Touch& t = system.touch[i];
       const TouchTerm* terms = system.terms.data() + t.first;
-      const bool rigid = t.count <= 2 && std::all_of(terms, terms + t.count, [](const TouchTerm& term) { return term.n == 6; });
-      rows_[i] = {t.first, t.count, rigid ? t.count : 0, {rigid ? terms[0].v : 0, rigid ? terms[t.count - 1].v : 0}, terms[0].at / 3,
+      const bool rigid = t.count > 0 && t.count <= 2 && std::all_of(terms, terms + t.count, [](const TouchTerm& term) { return term.n == 6; });
+      rows_[i] = {t.first, t.count, rigid ? t.count : 0, {rigid ? terms[0].v : 0, rigid ? terms[t.count - 1].v : 0}, t.count > 0 ? terms[0].at / 3 : 0,
                   t.bias.x(), t.W(0, 0), t.slip.k, t.w, t.compliance.x(), t.law.floor};
       p_[i] = p[i].x();
       for (int k = 0; k < t.count; ++k) std::copy_n(system.J.data() + terms[k].at, terms[k].n, J_.data() + terms[k].at / 3);
@@ -92,12 +93,12 @@ double NormalSweeps::residual(const double* v) {
   in_ranges(static_cast<int>(rows_.size()), contacts_at_once, [&](int from, int to) {
     for (int i = from; i < to; ++i) {
       const Row& row = rows_[i];
-      change_[i] = row.scale > 0 ? row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - (velocity(row, v) + row.compliance * p_[i]) / row.scale)) : 0;
+      const double u = velocity(row, v) + row.compliance * p_[i];
+      change_[i] = !std::isfinite(u) ? std::numeric_limits<double>::quiet_NaN() : row.scale > 0 ? row.scale * std::abs(p_[i] - std::max(row.floor, p_[i] - u / row.scale)) : 0;
     }
   });
   double worst = 0;
-  for (const double r : change_)
-    if (!(r <= worst)) worst = r;   // keeps a NaN
+  for (const double r : change_) worst = larger(worst, r);
   return worst;
 }
 

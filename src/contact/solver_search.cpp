@@ -15,6 +15,13 @@ bool Search::consider(const std::vector<Vec3>& candidate, const std::vector<doub
   return true;
 }
 
+void Search::start() {
+  best = INFINITY;
+  if (consider(p, v, system.residual(v, p))) return;
+  best_p = p;   // whatever it is: what is left here is of another problem
+  best_v = v;
+}
+
 bool Search::newton(double epsilon, int max_newton) {
   NewtonOptions options;
   options.tolerance = tolerance_;
@@ -119,7 +126,6 @@ bool Search::shifted(int rounds, int budget) {
     const NewtonOutcome outcome = newton_.run(system, p, v, options);
     report_->newton += outcome.newton;
     report_->outer += 1;
-    report_->convex_residual = outcome.residual / settings_->velocity_scale;
     consider(p, v, system.residual(v, p));
     done = best <= sufficient_ || newton(1e-3, 25);
   }

@@ -20,6 +20,9 @@ class Search {
   std::vector<double> v, best_v;   // their velocities
   double best = 0;                 // residual of the best [m/s]
 
+  /// The point at hand is the best so far, of no residual that counts where it is not finite.
+  void start();
+  void start_from_nothing();
   /// Keeps the candidate if it is better than the best.
   bool consider(const std::vector<Vec3>& candidate, const std::vector<double>& velocities, double residual);
   /// The solution next to half of the warm start, to nothing where there is none: of forces that hold each other in balance no more than the load asks for.
@@ -46,7 +49,6 @@ class Search {
   double swept(int count);
   double visited(int count);   // residual after sweeps from p
   bool swept_while_it_pays();
-  void start_from_nothing();
 
   void begin(const SolveSettings& settings, SolveReport& report);
 

@@ -142,6 +142,7 @@ void LocalSweeps::fetch(const System& system, int i, int way) const {
   }
   if (const int k = i + way * near; left(k)) {
     const Touch& t = system.touch[k];
+    if (t.count == 0) return;
     const char* J = reinterpret_cast<const char*>(system.J.data() + system.terms[t.first].at);
     for (std::size_t at = 0; at < 36 * sizeof(double); at += line) __builtin_prefetch(J + at);
   }

@@ -56,8 +56,7 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
     }
   });
   double worst = 0;
-  for (const double r : of_contact_)
-    if (!(r <= worst)) worst = r;  // keeps a NaN
+  for (const double r : of_contact_) worst = larger(worst, r);
   return worst;
 }
 

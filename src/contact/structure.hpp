@@ -132,7 +132,7 @@ struct MemberPeaks {
 };
 
 /// What a structure had to carry so far, found in every step that it made and independent of how often histories are written. Reactions are
-/// those beyond the ones under permanent load at the start.
+/// those beyond the ones under permanent load (of a structure that starts from an earlier run's last state, which may still ring: that run's).
 struct LoadPeaks {
   LoadPeak force, shear, moment;                 // size of the base force, of its horizontal part, of the base moment [N], [N], [N m]
   std::vector<MemberPeaks> members;              // as members()
@@ -234,6 +234,8 @@ class Structure {
   virtual void restore(std::span<const double> state) = 0;
   /// A new history at t = 0 from the present state: displacement, velocity and damage stay, works start from zero.
   virtual void start_over() = 0;
+  /// Force and moment on the supports under the permanent load, from which those of LoadPeaks count; kept by start_over() [N], [N m].
+  virtual Vec6 permanent_reaction() const { return Vec6::Zero(); }
 
   /// Nodal and cell fields for output: hexahedra (8 nodes, VTK order), displacement, velocity, damage per cell.
   struct Snapshot {

@@ -13,11 +13,14 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // A step may be off by accuracy times the block size: a tenth of that is left to the solver, or a thousandth of what moves still.
   // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among themselves may.
   const bool blocks_in_sub_step = s.sub_step && s.blocks;
-  const double lasting = blocks_in_sub_step ? std::max(s.h, 2 * std::sqrt(s.accuracy * s.length / std::max(s.gravity, 1e-12))) : s.h;
+  const double ordinary = 2 * std::sqrt(s.accuracy * s.length / std::max(s.gravity, 1e-12));   // a step of blocks among themselves [s]
+  const double lasting = blocks_in_sub_step ? std::max(s.h, ordinary) : s.h;
   const double allowed = s.h > 0 ? 0.1 * s.accuracy * s.length / lasting / settings.velocity_scale : 0;
   const double part = s.large && !s.small && s.h > 0 ? 2 : 1;   // of that: in large heaps a path spends as much again on the last half
   const double coarse = std::clamp(s.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
   settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse : s.still ? 1e-9 : part * std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy), std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
+  // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other there: so much less is left by each.
+  if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::clamp(s.h / ordinary, 1e-3, 1.0));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by
   // what that end is off; those of a provisional pass need not be solved closer.
   if (s.small && s.sub_step) settings.sufficient = std::max(1e-7, 1e-3 * s.accuracy);
@@ -31,7 +34,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   // get no farther a fiftieth of what moves is taken, of creep up to 1e-3 of the island's speed, but never a third of what moves, unless all of
   // that is less than 1e-3 of the island's speed: then 3e-4 of the latter.
   if (s.large && !s.small && s.h > 0) {
-    settings.steps_first = s.again || s.fastest < 0.5 * s.speed;
+    settings.steps_first = s.again || s.fastest < 0.05 * s.speed;
     if (s.still) settings.most_factorisations = 200;
     else settings.stalled = std::max({settings.sufficient, 0.02, std::min(0.3, 1e-3 * s.speed / settings.velocity_scale)});
     if (!s.still && s.fastest <= 1e-3 * s.speed) {
@@ -51,12 +54,13 @@ bool judge(const StepToSolve& s, const contact::SolveSettings& settings, Patienc
     r.converged = true;
     r.tier = 'C';
   };
+  const bool stalled = r.converged && r.stalled;   // taken where its search got no farther: of another step it would be asked closer
   // Where touches contradict each other by so little no other rows would help: taken as it is.
   if (!r.converged && patience.no_better && s.small && r.residual <= 100 * std::max(settings.tolerance, settings.sufficient)) take();
   // Of sub-steps at structures no shorter one would be solved closer: a tenth of the accuracy, as large islands are.
   if (!r.converged && patience.last_resort && s.sub_step && r.residual <= 0.1 * s.accuracy) take();
   if (r.converged && !s.small && r.residual > settings.tolerance) r.tier = 'C';
-  const bool certified = r.converged;
+  const bool certified = r.converged && !stalled;
   // A step like any other, though it proves no rest: of a heap far less than is taken where it creeps, and what shorter steps or the convex problem would leave no smaller.
   if (!r.converged && s.still && !s.small && s.h > 0 && r.residual <= (s.heap ? std::max(s.accuracy, 1e-2) : s.accuracy)) take();
   return certified;

@@ -94,18 +94,21 @@ class Crusher {
   }
 
   /// Floors from before; a facet that is new to its cell goes on with what its neighbour there leaves of the depth, or with what the cell's deepest columns have left.
-  void recall(std::uint64_t first, std::span<const ContactMemory> known, bool late) {
+  /// What is deeper than `comes_to` below a floor of before came so without pressing: it starts unloaded.
+  void recall(std::uint64_t first, std::span<const ContactMemory> known, bool late, double comes_to) {
     for (const ContactMemory& m : known) {
       double& greatest = greatest_[static_cast<std::size_t>((m.feature - first) >> 16)];
       greatest = std::max(greatest, m.crushed);
       for (Patch& p : patches_)
         if (feature(first, p) == m.feature) p.floor = m.place, p.crushed = p.own = true;
     }
+    let_lie(comes_to);
     for (Patch& p : patches_) {
       if (p.own) continue;
+      const double left = deepest_[cell(p)] - greatest_[cell(p)];
       if (const Patch* n = neighbour(p)) start(p, n->depth - n->floor);
-      else if (std::isfinite(greatest_[cell(p)])) start(p, Plane(deepest_[cell(p)] - greatest_[cell(p)], 0, 0));
-      else if (late) start(p, Plane::Zero());
+      else if (std::isfinite(greatest_[cell(p)])) start(p, Plane(left > comes_to ? 0.0 : left, 0, 0));
+      else if (late || (!known.empty() && p.deepest > comes_to)) start(p, Plane::Zero());
     }
     for (Patch& p : patches_) {
       p.before = p.floor;
@@ -168,6 +171,18 @@ class Crusher {
     return found != patches_.rend() ? *found : patches_.emplace_back(Patch{c.cell, c.facet, facet_plane(part, c)});
   }
 
+  /// Raises floors of before to where nothing is compressed, if something is by more than `comes_to`.
+  void let_lie(double comes_to) {
+    if (std::isinf(comes_to)) return;
+    std::vector<double> most(patches_.size(), -std::numeric_limits<double>::infinity());
+    std::size_t i = 0;
+    for (const Footprint& part : parts_)
+      for (std::size_t k = 0; k < part.columns.size(); ++k, ++i)
+        if (const Patch& p = patches_[patch_[i]]; p.own) most[patch_[i]] = std::max(most[patch_[i]], (corners_[i] * (p.depth - p.floor)).maxCoeff());
+    for (std::size_t k = 0; k < patches_.size(); ++k)
+      if (most[k] > comes_to) patches_[k].floor[0] += most[k];
+  }
+
   const Patch* neighbour(const Patch& p) const {
     const Patch* largest = nullptr;
     for (const Patch& n : patches_)
@@ -220,9 +235,9 @@ class Crusher {
 
 }  // namespace
 
-std::vector<Crater> crush(std::span<Footprint> parts, std::uint64_t first, std::span<const ContactMemory> known, double limit, bool late) {
+std::vector<Crater> crush(std::span<Footprint> parts, std::uint64_t first, std::span<const ContactMemory> known, double limit, bool late, double comes_to) {
   Crusher crusher(parts, limit);
-  crusher.recall(first, known, late);
+  crusher.recall(first, known, late, comes_to);
   crusher.yield();
   crusher.compress();
   return crusher.craters(first);

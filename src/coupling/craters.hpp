@@ -12,6 +12,7 @@
 /// dy is nowhere negative, makes the mean pressure of C at most p, and takes k int s dy dA = p int dy dA from the springs but for order two: that is what is crushed. Again without motion it is nil.
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -24,8 +25,9 @@ namespace talus::coupling {
 constexpr std::uint64_t craters_of_a_face = std::uint64_t{contact::crater_cells * contact::crater_cells} << 16;
 
 /// Compresses the columns of one face's parts by what its craters leave of their depth, and crushes what that is too much for; triangles are cut so that what presses is linear over each. `known`: craters from before,
-/// with features from `first` on; `limit`: L [m]; `late`: what is found starts unloaded. Returns the craters as they are now.
-std::vector<Crater> crush(std::span<contact::Footprint> parts, std::uint64_t first, std::span<const ContactMemory> known, double limit, bool late);
+/// with features from `first` on; `limit`: L [m]; `late`: what is found starts unloaded; `comes_to`: so does what lies more than that below a crater, of a face that did not press a step ago [m]. Returns the craters as
+/// they are now.
+std::vector<Crater> crush(std::span<contact::Footprint> parts, std::uint64_t first, std::span<const ContactMemory> known, double limit, bool late, double comes_to = std::numeric_limits<double>::infinity());
 
 /// Columns of an elastic bed that are compressed by no more than `most` [m].
 void compress_at_most(contact::Footprint& part, double most);

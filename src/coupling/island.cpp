@@ -23,7 +23,7 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = unsolved_ = 0;
-  crowded_ = released_ = false;
+  crowded_ = released_ = condensed_ = false;   // or the search would depend on the island before
   work_ = 0;
   found_for_ = -1;
   followed_ = -1;

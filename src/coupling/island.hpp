@@ -54,7 +54,7 @@ struct IslandReport {
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
   std::string failure;                    // empty: done
-  bool stopped = false;                   // from outside, before the end
+  bool stopped = false;                   // from outside, before the end: the island is not at the end of the stretch, nor at any of its steps
 };
 
 class IslandStepper {
@@ -76,7 +76,8 @@ class IslandStepper {
   struct Booking;
 
   void begin(const Island& island);
-  bool stopped() const { return stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0; }
+  /// What has seen the stop has done less than it would have: whatever it comes to from here on is void, and the report says so.
+  bool stopped() { return report_.stopped = report_.stopped || (stop_ != nullptr && stop_->load(std::memory_order_relaxed) != 0); }
   void begin_step(double h, bool frozen_strain);
   // island_focus.cpp
   struct Followed { double blocks, skins; };
@@ -165,7 +166,11 @@ class IslandStepper {
   // island_impact.cpp
   double impact_speed(const Touch& touch) const;
   bool meets_hard(const Touch& touch) const;
-  bool impact_rows(double scale);
+  struct Restitution { double normal = 0, along = 0; };   // along the normals and along the faces
+  enum class Impact { unsolved, gains, done };            // gains: energy from restitution
+  Restitution impact_rows(const Restitution& part);
+  Impact strike(const Restitution& part, bool frozen_strain);
+  Impact most_along(bool frozen_strain);
   double kinetic(Vec12 Body::*velocity) const;
   void note_impacts_on_skin(double time);
   bool impact_stage(double time);
@@ -174,6 +179,7 @@ class IslandStepper {
   void weigh_springs();
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
+  bool share_end_rule(const Touch& touch, double h);
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
@@ -190,6 +196,9 @@ class IslandStepper {
   void take_row(Touch& touch, double h, bool first_pass);
   void fill_rows(double h, bool first_pass);
   void fill_row(Touch& touch, double h, bool first_pass);
+  bool onsets_by_trapezoid(const Body* a, const Body& b) const;
+  bool goes_by_its_row(const Touch& touch) const;
+  double parts_at(const Touch& touch) const;
   void add_row(Touch& touch, double h, bool first_pass);
   double lead_out(double h) const { return 1e-3 * speed_ * h; }   // most that a step corrects of a spring's place at a structure [m]
   double left_inside(double gap, double h) const;
@@ -226,6 +235,7 @@ class IslandStepper {
   Vec3 shear_way(const Touch& touch, double h) const;
   double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
+  void brake_creep();
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);
@@ -323,6 +333,7 @@ class IslandStepper {
   struct Skin { int structure; std::vector<int> node; MatX inverse; VecX v_hat, v_before; };   // touched nodes, ascending; their W
   std::vector<Skin> skins_;               // of the condensed regime, one body each in place of nodes_
   bool condensed_ = false;                // the structures take condensed steps
+  bool sprung_ = false;                   // springs act in the step, between blocks alone
   bool from_start_ = false;               // an onset: all impulses of the step act from its start, x + h v^+
   std::vector<NodeImpulse> shares_;
   struct HeldShare { int structure, node, contact; double weight; Vec3 tilt = Vec3::Zero(); };
@@ -344,6 +355,8 @@ class IslandStepper {
   double length_ = 1, speed_ = 1;         // block size and velocity scale of the island
   double fastest_ = 0;                    // of the points of its blocks at the start of the step [m/s]
   bool certified_ = true;                 // the last contact problem was solved as closely as a proof of rest asks
+  double lifted_ = 0;                     // by the last projection, against gravity and spins [J]
+  double unsolved_speed_ = 0;             // what the last contact problem's solution leaves [m/s]
   double residual_ = 0;                   // of the last contact problem, relative to its velocity scale
   double stalled_ = 0;                    // length of the last try of this step if its search stalled [s]
   double suggested_ = 0;                  // step that error control would take next [s]

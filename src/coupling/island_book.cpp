@@ -156,7 +156,8 @@ void IslandStepper::Booking::hard_row(const Touch& t, const contact::ProblemCont
   }
   loss.slides(-slip_work);
   (t.mode == Mode::closed ? pending.algorithmic : loss.impact) -= normal_work;
-  if (t.mode != Mode::closed && h > 0 && of.leapfrog()) onset -= normal_work;
+  const bool by_end = of.leapfrog() || (of.sprung_ && t.theta == 1);   // its blocks go by x + h v^+
+  if (t.mode != Mode::closed && h > 0 && by_end) onset -= normal_work;
 }
 
 /// Energy that the shear spring has taken up in the step [J].

@@ -84,7 +84,7 @@ void IslandStepper::find_moved(const std::vector<Pose>& last, std::vector<double
     const int l = local_[static_cast<std::size_t>(block)];
     return l >= 0 ? ways[static_cast<std::size_t>(l)] : Way{};
   };
-  const double carries = (in_large_heap() ? 1e-4 : 1e-5) * length_;
+  const double carries = (in_vast_heap() ? 3e-4 : in_large_heap() ? 1e-4 : 1e-5) * length_;
   std::atomic<bool> searched = false;
   each_pair([&](std::size_t i) {
     const CandidatePair& pair = island_->pairs[i];

@@ -32,13 +32,13 @@ bool IslandStepper::meets_hard(const Touch& t) const {
   return t.at.gap <= touch_gap() && !deformable_structure(t) && (t.stiffness == 0 || t.law->restitution);
 }
 
-/// Rows of an impulse of no duration, restitution times `scale`; true if any of them gives speed back.
-bool IslandStepper::impact_rows(double scale) {
+/// Rows of an impulse of no duration, with so much of the restitution that their laws ask for; the most that one of these asks for.
+IslandStepper::Restitution IslandStepper::impact_rows(const Restitution& part) {
   problem_.clear();
   nodes_.clear();
   node_places_.clear();
   held_.clear();
-  bool restituted = false;
+  Restitution asked;
   for (Touch& t : touches_) {
     t.row = -1;
     if (!meets_hard(t)) continue;
@@ -50,19 +50,20 @@ bool IslandStepper::impact_rows(double scale) {
     c.cohesion = c.tension = 0;
     c.impulse.setZero();
     if (t.law->restitution && t.approach < -impact_speed(t)) {
-      c.bias[0] = scale * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
-      restituted = restituted || *t.law->restitution > 0;
+      c.bias[0] = part.normal * *t.law->restitution * (strains(model_, t) ? std::min(t.u_ref, 0.0) : t.approach);
+      asked.normal = std::max(asked.normal, *t.law->restitution);
     }
     if (t.law->restitution_tangential) {
       const Vec3 slip = t.frame.transpose() * (point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
-      c.bias.tail<2>() = scale * *t.law->restitution_tangential * slip.tail<2>();
+      c.bias.tail<2>() = part.along * *t.law->restitution_tangential * slip.tail<2>();
+      asked.along = std::max(asked.along, std::abs(*t.law->restitution_tangential));
     }
   }
   add_rolling_rows();
   double mass = 0;
   for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * speed_);
-  return restituted;
+  return asked;
 }
 
 /// Of the bodies with one of their velocities, in the masses of the problem [J].
@@ -87,12 +88,53 @@ void IslandStepper::note_impacts_on_skin(double time) {
     }
 }
 
+/// The impulse of no duration from the state kept. Where it is unsolved all is as it was; `frozen_strain` is of begin_step().
+IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen_strain) {
+  begin_step(0, frozen_strain);
+  // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum, J^-1 L: the energies of that motion and of the strain
+  // rates add up, and what the contact gives and takes is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
+  for (Body& b : bodies_) {
+    if (b.ndof != 6 || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
+    b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
+    for (Vec12* v : {&b.v0, &b.free.velocity, &b.v_ref, &b.v_solved}) v->segment<3>(3) = b.free.spin;
+  }
+  const Restitution asked = impact_rows(part);
+  finish_bodies();
+  if (!solve_rolling(0, Effort::last_resort)) return Impact::unsolved;
+  pending_ = Ledger{};
+  apply(0);
+  if (!finite()) {
+    restore();
+    return Impact::unsolved;
+  }
+  const bool gives = part.normal * asked.normal > 0 || part.along * asked.along > 0;
+  return gives && kinetic(&Body::v_solved) > kinetic(&Body::v0) * (1 + impact_round_off) ? Impact::gains : Impact::done;
+}
+
+/// The impulse with the most of the restitution along the faces that makes no energy, of which all does and none does not.
+IslandStepper::Impact IslandStepper::most_along(bool frozen_strain) {
+  constexpr int halvings = 12;
+  double least = 0, most = 1;
+  Impact impact = Impact::done;
+  for (int k = 0; k < halvings; ++k) {
+    const double middle = 0.5 * (least + most);
+    restore();
+    impact = strike({1, middle}, frozen_strain);
+    if (impact == Impact::unsolved) return impact;
+    (impact == Impact::gains ? most : least) = middle;
+  }
+  if (impact == Impact::done) return impact;
+  restore();
+  return strike({1, least}, frozen_strain);
+}
+
 /// An impulse of no duration at this time on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
 bool IslandStepper::impact_stage(double time) {
-  bool approaching = false, given = false;
+  bool approaching = false, given = false, along = false;
   for (Touch& t : touches_) {
     t.row = -1;
     if (!meets_hard(t)) continue;
+    along = along || t.law->restitution_tangential.value_or(0) != 0;
     if (t.approach < -impact_speed(t) && !(t.bond() > 0)) {   // what holds together does not meet
       approaching = true;
       given = given || t.law->restitution.has_value();
@@ -102,27 +144,21 @@ bool IslandStepper::impact_stage(double time) {
   ++impacts_;
   ++report_.counters.impacts;
   save();
-  for (double scale : {1.0, 0.5, 0.0}) {
-    begin_step(0, given);
-    // A rigid impulse meets the mean motion of a straining block, whose spin has all of its angular momentum, J^-1 L: the energies of that motion and of the strain
-    // rates add up, and what the contact gives and takes is all that changes. Where the inertia is not a cube's, the spin beside the strain rates is another.
-    for (Body& b : bodies_) {
-      if (b.ndof != 6 || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
-      b.free.spin = b.free.inverse.block<3, 3>(3, 3) * b.momentum0;
-      for (Vec12* v : {&b.v0, &b.free.velocity, &b.v_ref, &b.v_solved}) v->segment<3>(3) = b.free.spin;
-    }
-    const bool restituted = impact_rows(scale);
-    finish_bodies();
-    if (!solve_rolling(0, Effort::last_resort)) return false;
-    pending_ = Ledger{};
-    apply(0);
-    if (!finite()) {
-      restore();
-      return false;
-    }
-    if (kinetic(&Body::v_solved) <= kinetic(&Body::v0) * (1 + impact_round_off) || !restituted || scale == 0) break;
-    restore();   // energy rule: restitution with friction on many contacts may not create energy
+  // What a contact is asked to keep of its slip, or to turn round, may take more work than stopping its normal motion gives: with its velocity before and after u0 and u1,
+  // W its own inverse mass, the energy changes by 1/2 (u0 + u1) . W^-1 (u1 - u0), of either sign where W couples the two. Restitution along the face is reduced
+  // first, to the most that makes none; that along the normals, which makes some with friction at several contacts alone, after it.
+  Impact impact = strike({1, 1}, given);
+  if (impact == Impact::gains && along) {
+    restore();
+    impact = strike({1, 0}, given);
+    if (impact == Impact::done) impact = most_along(given);
   }
+  for (double normal : {0.5, 0.0}) {
+    if (impact != Impact::gains) break;
+    restore();
+    impact = strike({normal, 0}, given);
+  }
+  if (impact == Impact::unsolved) return false;
   // Strain rates are not part of a rigid impulse, nor what they have of the spin.
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const Body& b = bodies_[i];

@@ -14,15 +14,19 @@
 //
 // Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p, epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for
 // any step. With the trapezoid's strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
+#include "coupling/half_steps.hpp"
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
 namespace {
 
-struct StrainDynamics {
-  Mat12 full;         // mass matrix now
-  Mat6 mass, stiffness;
-};
+/// New strain rates, the angular momentum kept.
+void set_rates(dda::State& s, std::size_t k, const StrainDynamics& d, const Vec6& rates) {
+  s.w[k] = d.spin_with(s, k, rates);
+  s.eps_rate[k] = rates;
+}
+
+}  // namespace
 
 StrainDynamics strain_dynamics(const dda::Model::Block& block, const dda::State& s, int i) {
   StrainDynamics d;
@@ -33,13 +37,21 @@ StrainDynamics strain_dynamics(const dda::Model::Block& block, const dda::State&
   return d;
 }
 
-/// New strain rates, the angular momentum kept.
-void set_rates(dda::State& s, std::size_t k, const Mat12& mass, const Vec6& rates) {
-  s.w[k] -= mass.block<3, 3>(3, 3).inverse() * (mass.block<3, 6>(3, 6) * (rates - s.eps_rate[k]));
-  s.eps_rate[k] = rates;
+BeforeFullStep::BeforeFullStep(const dda::Model& m, const dda::State& s, int block, double lasted)
+    : strains_(lasted > 0 && m.blocks[static_cast<std::size_t>(block)].deformable) {
+  if (!strains_) return;
+  const auto k = static_cast<std::size_t>(block);
+  const StrainDynamics d = strain_dynamics(m.blocks[k], s, block);
+  const Vec6 rates = d.rates_before(s, k, lasted);
+  centre_ = s.c[k];
+  spin_ = d.spin_with(s, k, rates) - s.w[k];
+  gradient_ = s.rotation(block) * dda::strain_tensor(rates - s.eps_rate[k]) * dda::pose(s, block).F.inverse();
 }
 
-}  // namespace
+Vec3 BeforeFullStep::operator()(const Vec3& x) const {
+  if (!strains_) return Vec3::Zero();
+  return spin_.cross(x - centre_) + gradient_ * (x - centre_);
+}
 
 /// The blocks that something hard touches, or pressed on in the last step.
 void IslandStepper::find_pressed() {
@@ -61,10 +73,10 @@ void IslandStepper::to_half_steps(double h) {
     const auto k = static_cast<std::size_t>(b.block);
     b.internal0 = internal_energy(b.block);
     const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
-    set_rates(state_, k, d.full, (d.mass + 0.25 * h * h * d.stiffness).llt().solve(d.mass * state_.eps_rate[k] + 0.5 * h * (d.stiffness * state_.eps[k])));
+    set_rates(state_, k, d, d.rates_before(state_, k, h));
   }
   for (Touch& t : touches_)
-    if (leapfrog() && t.b >= 0) t.approach = t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+    if (leapfrog() && t.b >= 0) t.approach = parts_at(t);
 }
 
 void IslandStepper::to_full_steps(double h) {
@@ -72,7 +84,7 @@ void IslandStepper::to_full_steps(double h) {
     if (!b.leapfrog || b.ndof != 12) continue;
     const auto k = static_cast<std::size_t>(b.block);
     const StrainDynamics d = strain_dynamics(model_.blocks[k], state_, b.block);
-    set_rates(state_, k, d.full, state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) - 0.5 * h * (d.stiffness * state_.eps[k])));
+    set_rates(state_, k, d, state_.eps_rate[k] + d.mass.llt().solve(0.25 * h * h * (d.stiffness * state_.eps_rate[k]) - 0.5 * h * (d.stiffness * state_.eps[k])));
   }
 }
 

@@ -18,6 +18,9 @@ Vec3 on_nodes(const Structure& structure, const SurfaceWeights& w) {
   return x;
 }
 
+/// Where the impulse between two points acts: at that of the side that does not own the normal, or in the middle.
+Vec3 acts_between(NormalOwner owner, const Vec3& a, const Vec3& b) { return owner == NormalOwner::a ? b : owner == NormalOwner::b ? a : Vec3(0.5 * (a + b)); }
+
 }  // namespace
 
 void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& strain_map, const Mat3& rotation, int ndof, double sign) {
@@ -171,6 +174,27 @@ void IslandStepper::fill_rows(double h, bool first_pass) {
   });
 }
 
+/// Where springs act within the step its impulses do not all act from its start: x + h v^+ holds for blocks of the springs' end rule alone.
+bool IslandStepper::onsets_by_trapezoid(const Body* a, const Body& b) const {
+  return sprung_ && !(b.end_rule && (a == nullptr || a->end_rule));
+}
+
+/// A contact spring of a block that strains, beside a structure in explicit steps. A bed's columns know where the block lies.
+bool IslandStepper::goes_by_its_row(const Touch& t) const {
+  const auto strains = [&](int block) { return model_.blocks[static_cast<std::size_t>(block)].deformable; };
+  return leapfrog() && t.stiffness > 0 && t.b >= 0 && !t.normal_law.bed && (strains(t.b) || (t.a.kind == Partner::Kind::block && strains(t.a.index)));
+}
+
+/// Normal velocity at which such a spring's sides part, at the point that its impulse acts at, in the present state [m/s].
+double IslandStepper::parts_at(const Touch& t) const {
+  if (!goes_by_its_row(t)) return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_b) - partner_velocity(state_, env_, t));
+  if (deformable_structure(t)) return t.at.normal.dot(point_velocity(state_, t.b, t.at.point_a) - partner_velocity(state_, env_, t));
+  const bool blocks = t.a.kind == Partner::Kind::block;
+  const Pose pose = blocks ? dda::pose(state_, t.a.index) : Pose{};
+  const Vec3 x = acts_between(normal_owner(t, model_, env_, &pose), t.at.point_a, t.at.point_b);
+  return t.at.normal.dot(point_velocity(state_, t.b, x) - (blocks ? point_velocity(state_, t.a.index, x) : Vec3(Vec3::Zero())));
+}
+
 void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   Body& body_b = bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(t.b)])];
   Body* body_a = nullptr;
@@ -195,7 +219,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   const auto end_of = [](const Body* b, const Vec3& x) { return b != nullptr ? b->at_end(x) : x; };
   const Vec3 b_mid = mid_of(&body_b, t.at.point_b), b_end = end_of(&body_b, t.at.point_b);
   const Vec3 a_mid = mid_of(body_a, t.at.point_a), a_end_body = end_of(body_a, t.at.point_a);
-  Vec3 p_mid = owner == NormalOwner::a ? b_mid : owner == NormalOwner::b ? a_mid : 0.5 * (a_mid + b_mid);
+  Vec3 p_mid = acts_between(owner, a_mid, b_mid);
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
   Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(), turned_on = turned;   // of the frame: from the start to mid-step, from there to the end
   Vec3 crossing_a = a_mid, crossing_b = b_mid;
@@ -257,10 +281,19 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   }
   add_body(body_b, p_mid_b, 1);
 
+  // The spring of a block that strains goes by the way of the point that its impulse acts at, as the impulse's work does: one as deep aside as the spring is strained otherwise.
+  Vec3 aside = Vec3::Zero();
+  if (goes_by_its_row(t)) {
+    const auto beyond = [](const Body& b, const Vec3& acts, const Vec3& x) { return Vec3((b.at_end(acts) - acts) - (b.at_end(x) - x)); };
+    if (body_b.ndof == 12) aside += beyond(body_b, p_mid_b, t.at.point_b);
+    if (body_a != nullptr && body_a->ndof == 12) aside -= beyond(*body_a, p_mid_a, t.at.point_a);
+  }
+
   // Velocity at the end of the linearisation, at the true end configuration and in the carried frame.
-  const double gap_ref = n_end.dot(b_end - a_end) + t.offset;
+  const double gap_ref = n_end.dot(b_end - a_end + aside) + t.offset;
   Vec3 u_end = u_ref;
-  if (t.mode == Mode::closed || (condensed_ && t.mode == Mode::end)) {
+  const bool by_trapezoid = t.mode == Mode::end && (condensed_ || onsets_by_trapezoid(body_a, body_b));
+  if (t.mode == Mode::closed || by_trapezoid) {
     Vec3 relative = body_b.velocity_at_end(p_end);
     if (body_a != nullptr) relative -= body_a->velocity_at_end(p_end);
     u_end = (turned_on * t.frame).transpose() * relative + u_skin;
@@ -284,7 +317,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::end: {
       t.theta = 1;
-      if (condensed_) {
+      if (by_trapezoid) {
         t.theta = 0.5;
         c.bias = u_end - u_ref;
         if (!t.glued) c.bias[0] += approach_left(t, h);

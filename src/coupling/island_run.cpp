@@ -80,6 +80,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       if (longest < settings_.min_step) return fail_at_smallest_step();
       continue;
     }
+    if (report_.stopped) return report_;   // no onset was sought
     longest = std::numeric_limits<double>::infinity();
     impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
     if (condensed_ && !correct_skins(trial.start, taken)) {
@@ -98,6 +99,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       // At structures as far as the next step reaches, which then need not search again.
       const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
       report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
+      if (trial.lumped && in_vast_heap()) brake_creep();
     } else {
       ++report_.counters.flights;
       report_.at_rest = false;

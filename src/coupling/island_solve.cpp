@@ -112,9 +112,11 @@ bool IslandStepper::solve(double h, Effort effort) {
     return true;
   }
   const bool small = event_driven() || (problem_.contacts.size() <= many_contacts && !crowded_), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
-  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap(), .again = stalled_ == h,
+  // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
+  const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
+  StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap() && !bonded, .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
-                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .speed = speed_, .fastest = fastest_,
+                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
   for (const contact::ProblemContact& c : problem_.contacts) step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
@@ -137,6 +139,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   contact::SolveReport r = attempt();
   const bool last_resort = effort == Effort::last_resort, no_better = last_resort || (effort == Effort::repeated && r.residual > 0.5 * residual_);
   residual_ = r.residual;
+  unsolved_speed_ = r.residual * settings.velocity_scale;
   stalled_ = r.stalled ? h : 0;
   certified_ = judge(step, settings, {.no_better = no_better, .last_resort = last_resort}, r);
   if (!r.converged && last_resort && h > 0) {   // impulses of no duration are left to the step

@@ -127,6 +127,17 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
   return limit;
 }
 
+/// Gives the end rule of the one block of a hard touch that is near enough to be a row to the other; true if it had not yet.
+bool IslandStepper::share_end_rule(const Touch& t, double h) {
+  if (t.stiffness > 0 || t.b < 0 || t.a.kind != Partner::Kind::block) return false;
+  if (t.at.gap > touch_gap() && t.at.gap + h * t.approach - h * h * model_.gravity.norm() >= row_reach()) return false;
+  const int a = local_[static_cast<std::size_t>(t.a.index)], b = local_[static_cast<std::size_t>(t.b)];
+  if (a < 0 || b < 0) return false;
+  bool &of_a = bodies_[static_cast<std::size_t>(a)].end_rule, &of_b = bodies_[static_cast<std::size_t>(b)].end_rule;
+  if (of_a == of_b) return false;
+  return of_a = of_b = true;
+}
+
 void IslandStepper::choose_springs(double h, bool lumped) {
   for (Body& b : bodies_) b.end_rule = b.strains_at_end = false, b.leapfrog = leapfrog(), b.guarded = lumped && !leapfrog();
   const auto body_of = [&](int block) -> Body* {
@@ -151,11 +162,17 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
     any_end = any_end || (!resolved && !deformable_structure(t));   // a condensed step is the trapezoid's, whatever the spring's rule
   }
-  // A body has one rule, so blocks that springs connect share it.
+  sprung_ = island_->structures.empty() && std::any_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.spring != Mode::idle; });
+  // A body has one rule, so blocks that springs connect share it, and those that touch: held by its velocity at the end to one that goes half as far,
+  // it would part from it by the other half.
   for (bool changed = any_end; changed;) {
     changed = false;
     for (Touch& t : touches_) {
-      if (t.spring == Mode::idle || deformable_structure(t)) continue;
+      if (deformable_structure(t)) continue;
+      if (t.spring == Mode::idle) {
+        changed = (lumped && share_end_rule(t, h)) || changed;
+        continue;
+      }
       Body* a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
       Body* b = body_of(t.b);
       if (t.spring == Mode::spring_end || b->end_rule || (a != nullptr && a->end_rule)) {

@@ -23,10 +23,7 @@ bool IslandStepper::take(Trial& trial) {
   stalled_ = 0;
   ahead_.assign(island_->pairs.size(), 0.0);
   for (;;) {
-    if (stopped()) {
-      report_.stopped = true;
-      return false;
-    }
+    if (stopped()) return false;
     step_length_ = trial.h;
     for (int s : island_->structures) {
       Structure& structure = *env_.structures[static_cast<std::size_t>(s)].structure;
@@ -133,14 +130,19 @@ Vec3 IslandStepper::parting(const Touch& t) const {
   return u;
 }
 
-/// True if this touch was bonded and its bond does not hold by the solution. A hard one: the two move on each other; many that share a load may
-/// have the most that they can bear and still hold.
+/// True if this touch was bonded and its bond does not hold by the solution. A hard one: it bears the most that it can, and the two move on each other by
+/// more than the solution leaves unsolved. Many that share a load may have the most that they can bear and still hold.
 bool IslandStepper::breaks(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
   if (t.broken || !(c.cohesion > 0 || c.tension > 0)) return false;
   if (t.stiffness > 0) return gives_way(t);
+  constexpr double nearly = 1e-3, times_unsolved = 5;
+  const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension, most = c.friction * c.impulse[0] + c.cohesion;
+  const bool torn = c.impulse[0] <= -least + nearly * least, slid = c.cohesion > 0 && c.impulse.tail<2>().norm() >= (1 - nearly) * most;
+  if (!torn && !slid) return false;
+  const double shows = stalled_ > 0 ? settings_.accuracy * length_ / step_length_ : 0.0;   // where the search has stalled, what the accuracy asked for tells
   const Vec3 moves = parting(t);
-  return std::max(moves[0], moves.tail<2>().norm()) > 1e-9 * speed_;
+  return std::max(moves[0], moves.tail<2>().norm()) > std::max({1e-9 * speed_, times_unsolved * unsolved_speed_, shows});
 }
 
 /// A bond holds over the whole of the step in which it breaks: the step is cut so that it ends there, in large islands to within the time in which

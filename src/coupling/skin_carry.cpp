@@ -78,7 +78,7 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std:
   for (Touch& t : touches) {
     const bool springs_back = t.stiffness > 0 && t.law->kind != ContactLaw::Kind::crushing;
     if (!springs_back || !(t.at.gap < 0) || !alike(t)) continue;
-    Heir& heir = heirs.emplace_back(Heir{&t, -t.at.gap, -before(t) * t.approach, 0});
+    Heir& heir = heirs.emplace_back(Heir{&t, -t.at.gap, -before(t) * (t.approach + t.sooner), 0});
     heir.energy = heir.energy_at(1);
   }
   double normal = 0, shear = 0;

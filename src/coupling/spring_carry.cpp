@@ -17,6 +17,23 @@ struct Spring {
   Touch* touch;
   const ContactMemory* last;   // null: it has appeared
   double depth;                // indentation [m]
+  bool crushes() const { return touch->law->kind == ContactLaw::Kind::crushing; }
+  /// Indentation where those of all are scaled by s; what crushes goes no deeper than it is, or yields.
+  double scaled(double s) const {
+    const contact::NormalLaw& law = touch->normal_law;
+    return crushes() ? std::clamp(s * depth, depth, std::max(depth, law.crushed + law.limit / law.stiffness)) : s * std::max(0.0, depth);
+  }
+  /// What it has then crushed for good: where it is new, or has become another, all of its depth but for what it holds.
+  double crushed_at(double s) const {
+    const contact::NormalLaw& law = touch->normal_law;
+    return crushes() ? std::max(law.crushed, depth - std::min(s, 1.0) * (depth - std::max(law.crushed, depth - law.limit / law.stiffness))) : law.crushed;
+  }
+  double stored_at(double s) const {
+    if (!crushes() || !(depth > 0)) return touch->normal_law.stored(scaled(s));
+    contact::NormalLaw law = touch->normal_law;
+    law.crushed = crushed_at(s);
+    return law.stored(scaled(s));
+  }
   double pulling() const { return depth < 0 && touch->pulls() ? pull_energy(*touch, depth) : 0; }
   double stored() const { return depth < 0 ? pulling() : touch->normal_law.stored(depth); }
 };
@@ -40,22 +57,12 @@ double scale_to(const std::vector<Spring*>& springs, double energy, double now) 
   const bool power = std::all_of(springs.begin(), springs.end(), [&](const Spring* p) { return p->touch->law->kind == kind && p->touch->normal_law.growth == 0; }) &&
                      (kind == ContactLaw::Kind::linear || kind == ContactLaw::Kind::hertz);
   if (power) return std::min(most_growth, std::pow(energy / now, kind == ContactLaw::Kind::linear ? 0.5 : 0.4));
-  const auto held = [&](double s) {
-    double sum = 0;
-    for (const Spring* p : springs) sum += p->touch->normal_law.stored(s * std::max(0.0, p->depth));
-    return sum;
-  };
-  // Springs that crush hold no more than at their limit, however deep: they go no deeper than to hold it.
-  const double most = held(most_growth) * (1 - round_off);
-  if (kind == ContactLaw::Kind::crushing && now >= most) {
-    if (most <= energy) return 1;
-  } else if (kind == ContactLaw::Kind::crushing) {
-    energy = std::min(energy, most);
-  }
   double low = 0, high = most_growth;
   for (int i = 0; i < 60; ++i) {
     const double s = 0.5 * (low + high);
-    (held(s) > energy ? high : low) = s;
+    double sum = 0;
+    for (const Spring* p : springs) sum += p->stored_at(s);
+    (sum > energy ? high : low) = s;
   }
   return low;
 }
@@ -156,16 +163,19 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
   budget = std::max(0.0, budget - pulling);
   const double s = scale_to(changed, budget, need);
   double left = budget;
-  for (Spring* p : changed) left -= p->touch->normal_law.stored(s * std::max(0.0, p->depth));
-  for (Spring* p : changed)
-    if (p->depth > 0) p->depth *= s;
-    else p->depth = std::min(0.0, -p->touch->at.gap);
+  for (Spring* p : changed) left -= p->stored_at(s);
+  for (Spring* p : changed) {
+    if (!(p->depth > 0)) {
+      p->depth = std::min(0.0, -p->touch->at.gap);
+      continue;
+    }
+    p->touch->normal_law.crushed = p->crushed_at(s);
+    p->depth = p->scaled(s);
+  }
   for (const Spring& p : springs) {
     Touch& t = *p.touch;
     t.offset = -p.depth - t.at.gap;
     t.at.gap = -p.depth;
-    // Where it lies deeper than what it gives, others have crushed the way there, and have booked it.
-    if (p.depth > 0) t.normal_law.crushed = t.normal_law.crushed_after(p.depth);
   }
   if (left > 1e-9 * budget && !stiffen(springs, lost, left)) set_free(pair, given, left, loose);
   carry_shear(springs, all);

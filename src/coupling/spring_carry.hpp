@@ -8,6 +8,8 @@
 ///   those that appeared or changed their stiffness:    d = s max(0, -(gap + offset)),  sum W(d) = sum of what these and those that
 ///                                                      vanished held, s <= 4; what is left then is set free                  (2)
 ///
+/// What crushes is as deep as it is in (2): crushed for good to y, s from 0 (y = d, unloaded) to 1 (d - y = p A/k) and on (deeper, up to that), so that nothing is crushed by a name.
+///
 /// with d the indentation, W its energy, and the offset the feature's own, or that of the nearest one alike. What d differs from the geometry is the
 /// contact's offset from then on; it is led out slowly (IslandStepper::remember). What appears where nothing was held starts unloaded, however deep
 /// it is. Shear elongations go on in the new plane of contact and are shortened where they would hold more than there was.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <fmt/format.h>
@@ -291,6 +292,21 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   sums_.asleep_skipped += p.skipped;
   ++state_.stretches;
   return true;
+}
+
+void CoupledSystem::advance_structures(double duration, std::span<const StructureContact> rows) {
+  threads_->arena.execute([&] {
+    for (std::size_t q = 0; q < env_.structures.size(); ++q) {
+      StructurePart& part = env_.structures[q];
+      if (!part.one_way) continue;
+      std::vector<StructureContact> mine;
+      std::copy_if(rows.begin(), rows.end(), std::back_inserter(mine), [&](const StructureContact& row) { return row.structure == static_cast<int>(q); });
+      if (!mine.empty()) replay(part, duration, mine);
+      else if (!part.structure->quiet()) part.structure->advance_alone(state_.time, duration);
+    }
+  });
+  rows_.insert(rows_.end(), rows.begin(), rows.end());
+  state_.time += duration;
 }
 
 /// Puts recorded contact forces on a structure: each acts over the time it was the mean of, at its point of the undeformed skin.

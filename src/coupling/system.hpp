@@ -73,6 +73,9 @@ class CoupledSystem {
   /// Blocks that have left the model: below all that is held, terrain and structures among it, so that nothing can stop their fall. None where
   /// there is no gravity, a plane, or nothing held.
   std::vector<int> departed() const;
+  /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes its time, under contact forces that were found elsewhere
+  /// and are told with those of take_structure_contacts(). Blocks stay where they are.
+  void advance_structures(double duration, std::span<const StructureContact> rows);
   /// Contacts on structures since the last call.
   std::vector<StructureContact> take_structure_contacts();
   /// Energy stored in contact springs now [J].

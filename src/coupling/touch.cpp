@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "contact/skin_bed.hpp"
 #include "contact/skin_block.hpp"
+#include "coupling/half_steps.hpp"
 #include "coupling/touch_bed.hpp"
 #include "coupling/touch_spring.hpp"
 
@@ -108,6 +110,40 @@ void spare_newborn(std::span<Touch> touches, const std::vector<ContactMemory>& m
   }
 }
 
+/// Whether a spring at a skin whose feature is found no more presses on from where it was, and where (`at`): loaded, with no other of the pair that presses much the same way to leave it to, on a face that is still there, below
+/// the block or next to it.
+bool presses_on(const StructurePart& part, const ContactMemory& m, std::uint64_t partner, std::span<const Touch> touches, const Polyhedron& block, const Pose& pose, FoundPoint& at) {
+  constexpr double near_enough = 0.5;   // cosine between normals, as leave_to_others() has it
+  constexpr double near = 0.25;         // of the edge of a face: one that is farther is gone
+  if (m.partner != partner || !(m.normal_energy > 0) || m.feature == born_inside) return false;
+  for (const Touch& t : touches)
+    if (t.goes_on_from == m.feature || t.at.key == m.feature || (t.stiffness > 0 && t.at.gap < 0 && t.at.normal.dot(m.normal) > near_enough)) return false;
+  const TriangleSurface& skin = part.index->surface();
+  const int face = part.index->triangle_at(m.place);
+  if (face < 0) return false;
+  Vec3 x = m.place;
+  const int triangle = contact::triangle_of_face(skin, 4 * (face / 4), x);
+  const double reach = near * face_edge(skin, triangle);
+  if ((x - m.place).norm() > reach) return false;
+  if (block.convex) {
+    const Mat3 to_world = pose.F.inverse().transpose();
+    for (std::size_t f = 0; f < block.face_normals.size(); ++f) {
+      const Vec3 on_face = pose.world(block.vertices[static_cast<std::size_t>(block.face_vertices[static_cast<std::size_t>(block.face_offset[f])])]);
+      if ((to_world * block.face_normals[f]).normalized().dot(x - on_face) > std::min(m.indentation, reach) + 1e-3 * block.radius) return false;
+    }
+  }
+  at = FoundPoint{};
+  at.at.key = m.feature;
+  at.at.normal = m.normal;
+  at.at.point_a = x;
+  at.at.gap = -m.indentation;
+  at.at.point_b = x - m.indentation * m.normal;
+  at.at.face_a = triangle;
+  at.at.face_b = -1;
+  at.on_edge = true;
+  return true;
+}
+
 /// Joint of the rock mass that a block-block contact lies on, -1 if none.
 int joint_of(const dda::Model& m, const CandidatePair& pair, const contact::ContactPoint& p) {
   const auto of = [](const Polyhedron& shape, int face) {
@@ -182,7 +218,11 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
   const bool at_structure = pair.a.kind == Partner::Kind::structure;
   const bool bonded = at_structure && glued_elsewhere(memory, partner);   // the bond is hard, and so are its ruins until it has given way everywhere
   std::vector<const ContactMemory*> last_of;
-  for (const FoundPoint& found : points) {
+  double lasted = 0;   // the leapfrog's step before, 0: none [s]
+  for (const ContactMemory& c : memory)
+    if (at_skin && c.partner == partner) lasted = std::max(lasted, c.lasted);
+  const BeforeFullStep before(m, s, pair.b, lasted);
+  const auto take = [&](const FoundPoint& found) {
     const contact::ContactPoint& p = found.at;
     Touch& t = out.emplace_back();
     t.on_edge = found.on_edge;
@@ -204,15 +244,25 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
     if (last == nullptr && at_structure) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
     if (last == nullptr && !at_structure) join_pair(t, memory, partner);
     t.approach = p.normal.dot(point_velocity(s, pair.b, p.point_b) - partner_velocity(s, env, t));
+    if (before.strains()) t.sooner = p.normal.dot(point_velocity(s, pair.b, p.point_a) + before(p.point_a) - partner_velocity(s, env, t)) - t.approach;
     const bool hard = bonded || (at_skin && p.face_a >= 0 && within_cell(*t.law, env.structures[of_a].structure->young(), face_edge(env.structures[of_a].index->surface(), p.face_a)));
     if (!hard) set_spring(t, m, last != nullptr ? last->crushed : 0.0, at_skin);
     if (last != nullptr && !at_skin && !t.glued) keep_stiffness(t, *last);   // a bond's strength goes with the area, and so does its spring
     if (at_structure && t.stiffness > 0 && p.area == 0) relieve(t, env.structures[of_a]);
     if (at_skin) last_of.push_back(last);
-  }
+  };
+  for (const FoundPoint& found : points) take(found);
   spare_newborn(std::span(out).subspan(first), memory, partner);
-  if (at_skin)
+  if (at_skin) {
     go_on(std::span(out).subspan(first), last_of, memory, partner, 0.1 * shape_b.radius);
+    const ContactLaw& law = env.laws(env.structures[of_a].material, m.blocks[kb].material);
+    FoundPoint pressed;
+    for (const ContactMemory& c : memory)
+      if (law.kind != ContactLaw::Kind::crushing && !is_bed(law) && presses_on(env.structures[of_a], c, partner, std::span(out).subspan(first), shape_b, dda::pose(s, pair.b), pressed)) {
+        take(pressed);
+        hold_on(out.back(), last_of.back(), false);
+      }
+  }
   share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
 }
 

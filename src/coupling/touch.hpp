@@ -48,6 +48,7 @@ struct Touch {
   const ContactLaw* law = nullptr;
   Mode mode = Mode::idle;
   double approach = 0;           // normal relative velocity at the start, < 0 approaching [m/s]
+  double sooner = 0;             // what it was more in the half step before, where a block at a structure strains [m/s]
   double stiffness = 0;          // k_n of this point [N/m], 0: hard; of a curved law its tangent where the contact will work
   contact::NormalLaw normal_law; // if stiffness > 0
   double shear_stiffness = 0;

@@ -135,7 +135,7 @@ void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uin
       for (contact::Footprint& part : face.parts) compress_at_most(part, face.deepest - face.crushed);
     return;
   }
-  face.craters = crush(face.parts, face.cells, cells, limit, late);
+  face.craters = crush(face.parts, face.cells, cells, limit, late, rows.empty() ? reach : std::numeric_limits<double>::infinity());
 }
 
 /// The touch of one part of a face as it would be if it were new.

@@ -81,7 +81,7 @@ void hold_on(Touch& t, const ContactMemory* last, bool grows) {
   if (last != nullptr && last->indentation > 0) {
     const bool point = t.at.area == 0 && t.law->kind == ContactLaw::Kind::linear;
     indentation = last->indentation * (point ? std::sqrt(last->stiffness / t.stiffness) : 1.0);
-    if (t.normal_law.relief > 0 && last->lasted > 0) indentation = depth_that_holds(t, indentation, -last->lasted * t.approach, last->normal_energy);
+    if (t.normal_law.relief > 0 && last->lasted > 0) indentation = depth_that_holds(t, indentation, -last->lasted * (t.approach + t.sooner), last->normal_energy);
   } else if (!grows) {
     indentation = 0;
   }

@@ -88,7 +88,9 @@ Shi1988Report Shi1988::step(const Model& model, State& state, Shi1988State& hist
       ++report.step_cuts;
     }
     report.max_displacement = std::max(report.max_displacement, sub.largest_displacement());
+    const std::size_t told = report.loads.size();
     sub.commit(h);
+    for (std::size_t k = told; k < report.loads.size(); ++k) report.loads[k].time = h >= remaining ? dt : dt - (remaining - h);
     ++report.substeps;
     if (!settled) ++report.unsettled;
     report.smallest_substep = std::min(report.smallest_substep, h);

@@ -86,6 +86,14 @@ struct Shi1988State {
   std::size_t restore(std::span<const double> in);
 };
 
+/// What a block did to a surface over a sub-step. The scheme's velocities (gamma 1) take the force at the end of it as acting all along.
+struct Shi1988Load {
+  int surface = 0, block = 0;
+  double time = 0, dt = 0;          // end of the sub-step since the start of the step; its length [s]
+  Vec3 point = Vec3::Zero(), force = Vec3::Zero(), normal = Vec3::UnitZ();   // force on the surface [N]; normal out of it
+  double area = 0;                  // [m^2]
+};
+
 /// What one step did. Dissipated energies are positive and computed from the forces that acted and what they did, spring by
 /// spring; a negative `algorithmic` is energy that the scheme created.
 struct Shi1988Report {
@@ -99,13 +107,16 @@ struct Shi1988Report {
   double max_displacement = 0;      // of a vertex in one sub-step [m]
   double smallest_substep = 0;      // [s]
 
-  double friction_work = 0;         // dissipated by sliding [J]; negative where the lagging friction drove the motion
+  double friction_work = 0;         // dissipated by sliding [J]
+  double friction_drove = 0;        // of sliding, where the lagging friction drove the motion; at most nothing [J]
   double newmark_contact = 0;       // damping of contact springs by beta 0.5, gamma 1, and their release on opening
   double newmark_strain = 0;        // the same of the block strains
   double geometry = 0;              // jump of spring energy where the gap is measured anew at the step start
   double shape = 0;                 // jump of kinetic and strain energy where M and the volume are taken from the new shape
   double partner_work = 0;          // work done on the blocks by moving partners (structures)
-  double algorithmic() const { return newmark_contact + newmark_strain + geometry + shape; }
+  double algorithmic() const { return friction_drove + newmark_contact + newmark_strain + geometry + shape; }
+
+  std::vector<Shi1988Load> loads;   // on surfaces, sub-step by sub-step
 
   // at the end of the step
   double kinetic = 0, strain = 0, potential = 0, contact = 0;   // [J]

@@ -218,7 +218,7 @@ void SubStep::book_contacts(double h) {
       report_.newmark_contact += c.energy0_shear - end_shear - ft.dot(c.step_shear);
     } else {
       report_.newmark_contact += c.energy0_shear;  // the shear spring was taken away
-      if (c.used.status == Contact::sliding) report_.friction_work -= ft.dot(c.step_shear);
+      if (c.used.status == Contact::sliding) (ft.dot(c.step_shear) > 0 ? report_.friction_drove : report_.friction_work) -= ft.dot(c.step_shear);
     }
     report_.partner_work += h * f.dot(c.partner_velocity);
     end += end_normal + end_shear;
@@ -232,6 +232,7 @@ void SubStep::book_contacts(double h) {
     r.slip = c.status == Contact::open ? Vec3(Vec3::Zero()) : c.slip;
     r.force = f;
     if (c.status != Contact::locked) r.bonded = 0;
+    if (r.partner == Contact::surface && !f.isZero(0)) report_.loads.push_back({.surface = r.a, .block = r.b, .time = 0, .dt = h, .point = r.point, .force = -f, .normal = n, .area = r.area});
     history_.contacts.push_back(r);
   }
   report_.geometry += history_.contact_energy - start;

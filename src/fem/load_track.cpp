@@ -51,12 +51,24 @@ void LoadTrack::begin(const Vec6& reaction, std::span<const Member> members, std
   }
 }
 
+void LoadTrack::begin_again(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states) {
+  const Vec6 permanent = at_start_;
+  const RunningMean so_far = reactions_;   // a reaction of the moment is no mean
+  begin(reaction, members, states);
+  at_start_ = permanent;
+  if (so_far.begun()) reactions_ = so_far;
+  count(0);   // what rests takes no step that would tell
+}
+
 void LoadTrack::react(double t, double duration, const Vec6& reaction) {
   const bool moved = reactions_.add(unheard_ + duration, {reaction.data(), 6});
   unheard_ = 0;
   if (!moved) return;
+  count(std::max(0.0, t - 0.5 * load_window));
+}
+
+void LoadTrack::count(double when) {
   const Vec6 added = Eigen::Map<const Vec6>(reactions_.mean().data()) - at_start_;
-  const double when = std::max(0.0, t - 0.5 * load_window);
   keep(peaks_.force, added.head<3>().norm(), when);
   keep(peaks_.shear, added.head<2>().norm(), when);
   keep(peaks_.moment, added.tail<3>().norm(), when);

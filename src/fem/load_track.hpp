@@ -23,6 +23,10 @@ class LoadTrack {
   bool begun() const { return reactions_.begun(); }
   /// Nothing has moved yet.
   void begin(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states);
+  /// A new run from where it is, in motion perhaps: the permanent load stays what it was.
+  void begin_again(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states);
+  /// Reaction under permanent load.
+  const Vec6& permanent() const { return at_start_; }
   /// The reaction over a step of `duration` that ends at t [s].
   void react(double t, double duration, const Vec6& reaction);
   /// Whether so much time has passed since the last sample of the members, this step included, that another is due.
@@ -42,6 +46,7 @@ class LoadTrack {
   std::size_t restore(std::span<const double> state);
 
  private:
+  void count(double when);   // of the reaction's mean now
   static constexpr double reaction_bin = 1e-4, member_bin = 2.5e-4, width_bin = 1e-3;   // [s]
   void judge(double t, std::size_t member, const Member& shape, std::span<const double> forces);
 

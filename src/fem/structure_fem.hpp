@@ -122,6 +122,7 @@ class FemStructure : public Structure {
   void save(std::vector<double>& state) const override;
   void restore(std::span<const double> state) override;
   void start_over() override;
+  Vec6 permanent_reaction() const override { return load_track_.permanent(); }
   Snapshot snapshot() const override;
 
   /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal force.

@@ -40,7 +40,8 @@ void FemStructure::set_members() {
   }
   const std::vector<MemberState> start = member_states();
   for (std::size_t k = 0; k < members_.size(); ++k) {
-    members_[k].axial_preload = start[k].axial.front();
+    const double axial = start[k].axial.front(), rounding = 1e-9 * 9.81 * spec_.density * members_[k].volume;
+    members_[k].axial_preload = std::abs(axial) > rounding ? axial : 0;
     if (!concrete_) continue;
     const std::vector<rebar::Bar> none;
     for (int axis = 0; axis < 2; ++axis) {

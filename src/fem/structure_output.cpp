@@ -338,7 +338,9 @@ void FemStructure::start_over() {
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
   struck_.clear();
   moved();
-  begin_loads();
+  if (supports_.nodes.empty()) return;
+  forces(time_);
+  load_track_.begin_again(support_reaction(0), members_, member_states());
 }
 
 Structure::Snapshot FemStructure::snapshot() const {

@@ -350,8 +350,9 @@ void FemStructure::preload() {
   const bool balanced = !(residual > 1e-12 * scale);
   still_ = balanced && spec_.initial_velocity.isZero();
   if (!balanced)
-    report_(fmt::format("structure {}: its weight finds no balance, {:.2g} of it is left (bars that yield, a deck that slides): it moves from the start",
-                        spec_.name, std::sqrt(residual / scale)));
+    report_(fmt::format("warning: under its permanent load no state at rest was found, {:.2g} of the load is left (bars that yield, a deck that slides): it moves from t = 0 by itself, and what it suffers "
+                        "by that is in all that the run tells, before any block arrives; see by a run without blocks how much that is, and correct section, bars, prestress or supports",
+                        std::sqrt(residual / scale)));
   if (!damage_) return;
   warn_of_cracks();
   forces(0);
@@ -392,8 +393,9 @@ void FemStructure::preload() {
   moved();
   forces(0);
   still_ = false;
-  report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; they crack or yield from the start. A deck needs bars "
-                      "or prestress ([[structure.rebar]] part = \"deck\")", spec_.name, damage_->cells().size()));
+  report_(fmt::format("warning: under its permanent load no state at rest was found: {} cells are beyond the elastic limit of the concrete, and crack or yield by themselves from t = 0 on, which the run's damage, "
+                      "cracks, reactions and damage class include, before any block arrives; see by a run without blocks how much that is. A deck needs bars or prestress that carry it ([[structure.rebar]] part = \"deck\"), "
+                      "what is pressed too much less prestress or a larger section", damage_->cells().size()));
 }
 
 }  // namespace talus::fem

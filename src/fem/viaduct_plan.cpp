@@ -42,10 +42,10 @@ class Given {
 
   bool has(const char* key) const { return given_.count(key) != 0; }
 
-  double number(const char* key, double fallback, double least) const {
+  double number(const char* key, double fallback, double least, const char* unit = "") const {
     const auto at = given_.find(key);
     const double value = at == given_.end() ? fallback : at->second;
-    if (!(value >= least)) bad(spec_, key, fmt::format("{:g}", value), fmt::format("at least {:g}", least), "correct it");
+    if (!(value >= least)) bad(spec_, key, fmt::format("{:g}{}", value, unit), fmt::format("must be at least {:g}{}", least, unit), "correct it");
     return value;
   }
   int count(const char* key, int fallback, int least, int most) const {
@@ -78,7 +78,7 @@ void check(const StructureSpec& spec, const Measures& m) {
 
 /// Of round piers; what else a pier measures if nothing is said.
 double diameter_of(const StructureSpec& spec, const Given& given) {
-  const double diameter = given.number("pier_diameter", 1.5, 0.1);
+  const double diameter = given.number("pier_diameter", 1.5, 0.1, " m");
   if (!given.has("pier_diameter")) return diameter;
   if (spec.section != "round") bad(spec, "pier_diameter", fmt::format("{:g} m", diameter), "only a round section has a diameter", "write section = \"round\", or give pier_width and pier_depth");
   for (const char* key : {"pier_width", "pier_depth"})
@@ -90,31 +90,31 @@ Measures measures_of(const StructureSpec& spec) {
   const Given given(spec);
   Measures m{};
   m.spans = given.count("spans", 3, 1, 1000);
-  m.length = given.number("span_length", 20, 1);
+  m.length = given.number("span_length", 20, 1, " m");
   m.across = given.count("piers_per_bent", 1, 1, 100);
-  m.pier_spacing = given.number("pier_spacing", 4, 0.1);
+  m.pier_spacing = given.number("pier_spacing", 4, 0.1, " m");
   const double diameter = diameter_of(spec, given);
-  m.pier_x = given.number("pier_width", diameter, 0.1);
-  m.pier_y = given.number("pier_depth", diameter, 0.1);
-  m.cap_z = given.number("cap_height", 1.0, 0.1);
-  m.cap_x = given.number("cap_width", m.pier_x + 0.5, 0.1);
-  m.deck_y = given.number("deck_width", 8, 0.2);
-  m.deck_z = given.number("deck_depth", 1.5, 0.1);
-  m.cap_y = given.number("cap_length", m.deck_y, 0.1);
+  m.pier_x = given.number("pier_width", diameter, 0.1, " m");
+  m.pier_y = given.number("pier_depth", diameter, 0.1, " m");
+  m.cap_z = given.number("cap_height", 1.0, 0.1, " m");
+  m.cap_x = given.number("cap_width", m.pier_x + 0.5, 0.1, " m");
+  m.deck_y = given.number("deck_width", 8, 0.2, " m");
+  m.deck_z = given.number("deck_depth", 1.5, 0.1, " m");
+  m.cap_y = given.number("cap_length", m.deck_y, 0.1, " m");
   m.girders = given.count("girders", 0, 0, 100);
-  m.slab = given.number("slab_thickness", 0.3, 0.02);
-  m.web = given.number("girder_width", 0.5, 0.05);
-  m.lower_slab = given.number("bottom_slab", 0, 0);
+  m.slab = given.number("slab_thickness", 0.3, 0.02, " m");
+  m.web = given.number("girder_width", 0.5, 0.05, " m");
+  m.lower_slab = given.number("bottom_slab", 0, 0, " m");
   m.wall = spec.section == "hollow" ? spec.wall_thickness : 0;
   m.abutments = given.number("abutments", 0, 0) != 0;
   m.round = spec.section == "round";
-  m.bearing_height = given.number("bearing_height", 0.1, 0.001);
+  m.bearing_height = given.number("bearing_height", 0.1, 0.001, " m");
   m.bearing_stiffness = given.number("bearing_stiffness", 1e7, 1);
   m.bearing_friction = given.number("bearing_friction", 0.3, 0);
-  m.bearing_seat = given.number("bearing_seat", std::min(0.5, m.rest()), 0.001);
+  m.bearing_seat = given.number("bearing_seat", std::min(0.5, m.rest()), 0.001, " m");
   m.levelled = given.has("deck_level") && !given.has("pier_height");
   check(spec, m);
-  m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height - m.cap_z : given.number("pier_height", 10, 0.1);
+  m.top = m.levelled ? given.number("deck_level", 0, -1e9) - spec.position.z() - m.deck_z - m.bearing_height - m.cap_z : given.number("pier_height", 10, 0.1, " m");
   return m;
 }
 

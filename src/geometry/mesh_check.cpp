@@ -112,23 +112,22 @@ std::vector<Problem> closed_mesh_problems(const Mesh& mesh, const std::string& f
     problems.push_back({.file = file, .key = "mesh face 0", .value = fmt::format("volume {:.3g} m^3", volume),
                         .rule = fmt::format("encloses no volume (bounding box {:.3g} m^3)", box),
                         .remedy = "give a body, not a sheet"});
-  } else if (volume < 0) {
+  }
+  const auto pairs = check_crossings && problems.empty() ? self_intersections(mesh) : std::vector<std::pair<int, int>>{};
+  if (volume < 0 && problems.empty() && pairs.empty()) {   // which way the faces of a tangle look is nowhere
     problems.push_back({.file = file, .key = "mesh face 0", .value = fmt::format("volume {:.6g} m^3", volume),
                         .rule = "badly oriented: all faces look inward",
                         .remedy = "turn the surface inside out, or run `talus convert --repair IN OUT`"});
   }
-  if (check_crossings && problems.empty()) {
-    const auto pairs = self_intersections(mesh);
-    for (std::size_t i = 0; i < pairs.size() && i < most_reported; ++i) {
-      const auto& t = mesh.triangles[pairs[i].first];
-      problems.push_back({.file = file, .key = fmt::format("mesh face {}", pairs[i].first),
-                          .value = point((v[t[0]] + v[t[1]] + v[t[2]]) / 3),
-                          .rule = fmt::format("self-intersecting: crosses face {}", pairs[i].second),
-                          .remedy = "untangle the surface in the program that made it"});
-    }
-    if (pairs.size() > most_reported)
-      problems.push_back({.file = file, .key = "mesh", .value = fmt::format("{}", pairs.size()), .rule = "crossing pairs of faces in all"});
+  for (std::size_t i = 0; i < pairs.size() && i < most_reported; ++i) {
+    const auto& t = mesh.triangles[pairs[i].first];
+    problems.push_back({.file = file, .key = fmt::format("mesh face {}", pairs[i].first),
+                        .value = point((v[t[0]] + v[t[1]] + v[t[2]]) / 3),
+                        .rule = fmt::format("self-intersecting: crosses face {}", pairs[i].second),
+                        .remedy = "untangle the surface in the program that made it"});
   }
+  if (pairs.size() > most_reported)
+    problems.push_back({.file = file, .key = "mesh", .value = fmt::format("{}", pairs.size()), .rule = "crossing pairs of faces in all"});
   return problems;
 }
 

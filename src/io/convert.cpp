@@ -104,6 +104,11 @@ std::string csv_text(const std::string& results, const std::string& path) {
     rows = file.dims("/history/time")[0];
     add(file, "/history/time", rows, all);
   }
+  if (path == "/history" || path == "/history/structures" || path == "/history/contacts") {   // groups of groups
+    std::string below;
+    for (const std::string& name : file.list(path)) below += fmt::format("{}{}/{}", below.empty() ? "" : " ", path, name);
+    throw bad_file(results, path, "holds several histories", "name one of " + below);
+  }
   if (file.is_group(path)) {
     std::vector<std::string> names = file.list(path);
     std::stable_partition(names.begin(), names.end(), [](const std::string& n) { return n == "time"; });
@@ -115,7 +120,7 @@ std::string csv_text(const std::string& results, const std::string& path) {
     }
   } else if (!file.is_text(path)) {
     if (!history) rows = file.dims(path).empty() ? 0 : file.dims(path)[0];
-    if (path != "/history/time") add(file, path, rows, all);
+    add(file, path, rows, all);
   }
   if (path == "/history/blocks" && rows > 0) add_heights(file, rows, all);
   if (all.empty()) throw bad_file(results, path, "holds no numbers by row", "name a group or dataset of /history or /ledger");

@@ -13,6 +13,7 @@ namespace {
 
 using json = nlohmann::ordered_json;
 
+constexpr double softest_concrete = 5e9;   // [Pa]; of what is given by its modulus alone
 constexpr double least_speed = 1e-3;  // [m/s]; below it the formulas have no meaning
 
 double normal_speed(const Impact& m) { return std::abs(m.velocity.dot(m.normal.normalized())); }
@@ -89,8 +90,10 @@ json design_checks(const sim::RunHeader& header, const std::vector<Impact>& impa
     }
     if (strongest < 0) continue;
     const Impact& m = impacts[static_cast<std::size_t>(strongest)];
+    const auto& info = header.structures[s];
+    const bool concrete = info.f_cm > 0 || !(info.young > 0 && info.young < softest_concrete);   // what a section resists with is of concrete
     for (const formulas::Result& r : formulas_of(header, m))
-      list.push_back({{"impact", strongest},
+      if (concrete || r.kind != formulas::Kind::resistance) list.push_back({{"impact", strongest},
                       {"structure", header.structures[s].name},
                       {"block", header.blocks[static_cast<std::size_t>(m.block)].name},
                       {"id", r.id},

@@ -44,8 +44,11 @@ MemberTrack::Verdict MemberTrack::verdict() const {
       if (r.holds) basis += (basis.empty() ? "" : ", ") + r.text;
     return !basis.empty();
   };
-  const std::string gone = fmt::format("{:.3g} % of its volume gone", 100 * share), leans = fmt::format("residual drift {:.2g} %", 100 * residual), wide = fmt::format("a crack of {:.3g} mm", crack);
+  const std::string gone = fmt::format("{:.3g} % of its volume gone", 100 * share), leans = fmt::format("{} {:.2g} %", under_load_ ? "drift under a load that still acts" : "residual drift", 100 * residual), wide = fmt::format("a crack of {:.3g} mm", crack);
   const auto bars = [](int count, const char* what) { return fmt::format("{} bar{} {}", count, count == 1 ? "" : "s", what); };
+  if (elastic_)
+    return {0, "", fmt::format("not judged: elastic in this run (damage = \"none\"), so cracks, lost parts and what breaks were not computed{}; V_dyn/V_Rd with design strengths {:.2f}, with mean strengths {:.2f} at most",
+                               last_.bars_yielded > 0 ? ", " + bars(last_.bars_yielded, "yielded") : "", peaks_.use_design.value, peaks_.use_mean.value), peaks_.use_design.value};
   int grade = 0;
   if (any_of({{top_came_off(), "its top has come off"}, {share > 0.1, gone}, {residual > 0.05, leans}})) grade = 4;
   else if (any_of({{last_.bars_broken > 0, bars(last_.bars_broken, "broken")}, {share > 0.01, gone}, {residual > 0.01, leans}, {peaks_.use_mean.value > 1, "V_dyn above V_Rd with mean strengths"}})) grade = 3;
@@ -74,6 +77,7 @@ json MemberTrack::summary() const {
           {"shear_utilisation_mean", concrete ? peak(peaks_.use_mean) : json()},
           {"peak_drift", peaks_.drift},
           {"residual_drift", top_came_off() ? json() : pair(residual)},
+          {"residual_drift_under_load", under_load_},
           {"residual_drift_ratio", top_came_off() ? json() : json(std::hypot(residual[0], residual[1]) / member_.length)},
           {"top_came_off", top_came_off()},
           {"crack_width_peak", peaks_.crack_width},
@@ -81,8 +85,8 @@ json MemberTrack::summary() const {
           {"bars_yielded", last_.bars_yielded},
           {"bars_broken", last_.bars_broken},
           {"lost_volume", last_.lost_volume},
-          {"damage_class", concrete ? json(judged.grade) : json()},
-          {"damage_class_name", concrete ? json(judged.name) : json()},
+          {"damage_class", concrete && !elastic_ ? json(judged.grade) : json()},
+          {"damage_class_name", concrete && !elastic_ ? json(judged.name) : json()},
           {"damage_class_basis", concrete ? json(judged.basis) : json()}};
 }
 

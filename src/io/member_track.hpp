@@ -19,13 +19,17 @@ namespace talus::io {
 
 class MemberTrack {
  public:
-  explicit MemberTrack(const Member& member) : member_(member) {}
+  /// `elastic`: no cracks, no losses are computed (damage = "none").
+  explicit MemberTrack(const Member& member, bool elastic = false) : member_(member), elastic_(elastic) {}
   /// A history row: the state then, and the greatest loads up to it.
   void add(double time, const MemberState& state, const MemberPeaks& peaks);
   nlohmann::ordered_json summary() const;
   /// Damage class and what it rests on; of what is elastic alone there is none.
   struct Verdict { int grade = 0; const char* name = ""; std::string basis; double use_design = 0; };
   bool has_verdict() const { return member_.shear_design[0] > 0; }
+  bool elastic() const { return elastic_; }
+  /// Something presses on it in the last tenth of the run: its drift then is no residual one.
+  void set_under_load(bool under_load) { under_load_ = under_load; }
   Verdict verdict() const;
   const std::string& name() const { return member_.name; }
 
@@ -34,6 +38,7 @@ class MemberTrack {
   std::array<double, 2> residual_drift() const;
 
   Member member_;
+  bool elastic_ = false, under_load_ = false;
   MemberPeaks peaks_;
   MemberState last_;
   std::vector<double> time_;

@@ -173,6 +173,7 @@ std::string encode_header(const RunHeader& h) {
     put(s.young), put(s.poisson), put(s.f_cm), put(s.loaded), put(s.axes), put(s.effective_depth), put(s.reinforcement_ratio), put(s.form), put(s.cushion);
   });
   put(h.materials), put(h.plan), put(h.warnings), put(h.prescribed_impact);
+  for (const RunHeader::StructureInfo& s : h.structures) put(s.meets), put(s.load_until), put(Vec3(s.permanent.head<3>())), put(Vec3(s.permanent.tail<3>()));
   return w.bytes();
 }
 
@@ -192,6 +193,16 @@ RunHeader decode_header(std::string_view bytes) {
   });
   get(h.materials), get(h.plan);
   if (r.left() > 0) get(h.warnings), get(h.prescribed_impact);   // not in what earlier versions wrote
+  if (r.left() > 0)
+    for (RunHeader::StructureInfo& s : h.structures) {
+      Vec3 force, moment;
+      get(s.meets), get(s.load_until), get(force), get(moment);
+      s.permanent << force, moment;
+      s.told_permanent = true;
+    }
+  for (const RunHeader::StructureInfo& s : h.structures)
+    for (const int other : s.meets)
+      if (other < 0 || static_cast<std::size_t>(other) >= h.structures.size()) throw std::out_of_range("a structure meets one that is not there");
   return h;
 }
 

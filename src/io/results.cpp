@@ -55,6 +55,15 @@ Steps steps_of(const std::filesystem::path& directory) {
   return scene.contains(step) ? Steps::fixed : Steps::by_accuracy;
 }
 
+Taken taken_of(const std::filesystem::path& directory) {
+  const std::filesystem::path file = directory / "scene.resolved.json";
+  if (!std::filesystem::exists(file)) return Taken::both_ways;
+  const nlohmann::json scene = nlohmann::json::parse(read_file(file), nullptr, false);
+  const nlohmann::json::json_pointer scheme("/coupling/scheme");
+  if (!scene.contains(scheme)) return Taken::both_ways;
+  return scene.at(scheme) == "one-way" ? Taken::one_way : scene.at(scheme) == "rigid" ? Taken::nothing : Taken::both_ways;
+}
+
 BuiltResults build(const std::filesystem::path& directory, const Outcome* outcome, std::uint64_t limit, const sim::FinalState* state) {
   const std::filesystem::path journal = directory / "journal.bin";
   Count c = count(journal, limit);
@@ -74,6 +83,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     FieldWriter fields(file, c.header);
     std::optional<SummaryBuilder> summary;
     const Steps steps = steps_of(directory);
+    const Taken taken = taken_of(directory);
     RecordCodec codec;
     JournalReader reader(journal, limit);
     RecordKind kind;
@@ -81,7 +91,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     std::vector<double> field_times;
     while (reader.next(kind, payload)) {
       switch (kind) {
-        case RecordKind::header: summary.emplace(decode_header(payload), steps); break;
+        case RecordKind::header: summary.emplace(decode_header(payload), steps, taken); break;
         case RecordKind::extend:
           if (summary) summary->extend(decode_blocks(payload));
           break;

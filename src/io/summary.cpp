@@ -32,13 +32,14 @@ std::string engineering(double value, const char* unit) {
 /// "397 m", "12.3 m", "112 mm": lengths as a headline has them.
 std::string length(double metres) { return std::abs(metres) >= 100 ? fmt::format("{:.0f} m", metres) : engineering(metres, "m"); }
 
+constexpr double nothing = 1e-8;   // [m/s^2] a contact force over the block's mass: what a solver's tolerance leaves is less
 constexpr int ground_side = 400;   // nodes of the coarse grid that tells where the terrain ends
 
 double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 
 }  // namespace
 
-SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps) : steps_(steps) {
+SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps, Taken taken) : steps_(steps), taken_(taken) {
   header_.title = header.title;
   header_.duration = header.duration;
   header_.crs = header.crs;
@@ -51,7 +52,7 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps) : step
   structures_.resize(header.structures.size());
   for (std::size_t i = 0; i < structures_.size(); ++i) {
     structures_[i].probes.resize(header.structures[i].probes.size());
-    for (const Member& m : header.structures[i].members) structures_[i].members.emplace_back(m);
+    for (const Member& m : header.structures[i].members) structures_[i].members.emplace_back(m, elastic(i));
   }
   open_of_.resize(structures_.size());
   if (header.planes.empty() && !header.terrain.triangles.empty()) {
@@ -129,8 +130,9 @@ void SummaryBuilder::add_structure(std::size_t i, const HistoryRow& row) {
   const auto& r = row.structures[i];
   if (!s.seen) {
     s.seen = true;
-    s.first_force = r.base_force;
-    s.first_moment = r.base_moment;
+    const auto& info = header_.structures[i];
+    s.first_force = info.told_permanent ? Vec3(info.permanent.head<3>()) : r.base_force;
+    s.first_moment = info.told_permanent ? Vec3(info.permanent.tail<3>()) : r.base_moment;
     s.lost_before = r.spalled_volume;
   }
   if (s.first_loss < 0 && r.spalled_volume > s.lost_before) s.first_loss = row.time;
@@ -162,6 +164,25 @@ void SummaryBuilder::add(const HistoryRow& row) {
   springs_ = springs_ || row.ledger.contact != 0;
   kinetic_peak_ = std::max(kinetic_peak_, row.ledger.kinetic);
   if (std::abs(row.ledger.residual) > std::abs(residual_worst_)) residual_worst_ = row.ledger.residual, residual_worst_time_ = row.time;
+}
+
+bool SummaryBuilder::elastic(std::size_t structure) const { return header_.structures[structure].plan.find("elastic, no damage history kept") != std::string::npos; }
+
+SummaryBuilder::Through SummaryBuilder::loaded_through(std::size_t structure) const {
+  constexpr double least = 1e-3;   // added reaction over the greatest contact force of what was struck
+  if (first_strike(structure) != nullptr) return {};
+  std::vector<char> seen(structures_.size(), 0);
+  seen[structure] = 1;
+  // From it outwards to the nearest that was struck; what is told is the neighbour by which the way begins.
+  std::vector<std::pair<std::size_t, int>> ring{{structure, -1}};
+  for (std::size_t k = 0; k < ring.size(); ++k) {
+    const auto [at, by] = ring[k];
+    if (const Impact* strike = by >= 0 ? first_strike(at) : nullptr)
+      return structures_[structure].loads.force.value > least * structures_[at].peak_force ? Through{by, strike->start} : Through{};
+    for (const int other : header_.structures[at].meets)
+      if (char& known = seen[static_cast<std::size_t>(other)]; known == 0) known = 1, ring.emplace_back(static_cast<std::size_t>(other), by >= 0 ? by : other);
+  }
+  return {};
 }
 
 bool SummaryBuilder::is_own(int block, int structure) const { return header_.blocks[static_cast<std::size_t>(block)].from == structure; }
@@ -196,19 +217,23 @@ std::string SummaryBuilder::algorithmic_warning() const {
   text += ".";
   const bool contacts = structures_.size() > 1 || std::any_of(header_.blocks.begin(), header_.blocks.end(), [](const auto& b) { return !b.fixed; });
   if (contacts) text += " Contacts: " + against_algorithmic() + ".";
-  if (!structures_.empty()) text += " Structures: their sub-steps are their own; see whether it lessens with a lower structure.critical_step_fraction.";
+  if (!structures_.empty()) text += fmt::format(" Structures: their sub-steps are their own; see whether it lessens with {}a lower structure.critical_step_fraction.", header_.blocks.empty() ? "" : "a higher coupling.exchanges_per_rise or ");
   text.pop_back();
   return text;
 }
 
-std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
-  constexpr double allowed = 0.01;   // of the largest kinetic energy
-  constexpr double least = 5e-5;     // [J/kg] 1 cm/s: below it nothing moves that could be judged
-  std::vector<std::string> list = header_.warnings;
+double SummaryBuilder::least_kinetic() const {
+  constexpr double least = 5e-5;   // [J/kg] 1 cm/s
   double mass = 0;
   for (const auto& b : header_.blocks) mass += b.fixed ? 0 : b.mass;
+  return least * mass;
+}
+
+std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
+  constexpr double allowed = 0.01;   // of the largest kinetic energy
+  std::vector<std::string> list = header_.warnings;
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
-  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least * mass)
+  if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least_kinetic())
     list.push_back(algorithmic_warning());
   for (std::size_t i = 0; i < structures_.size(); ++i)
     if (const double loss = failed_before_strike(i); loss >= 0)
@@ -257,7 +282,7 @@ void SummaryBuilder::close_step(StructureTrack& s) {
 
 void SummaryBuilder::add_to_structure(StructureTrack& s, const ContactRow& c) {
   if (c.time != s.step_time) close_step(s);
-  s.step_time = c.time;
+  s.step_time = s.last_contact = c.time;
   s.step_force += c.force;
   s.impulse += c.force * c.dt;
 }
@@ -268,7 +293,7 @@ void SummaryBuilder::add(std::span<const ContactRow> rows) {
     const auto is = static_cast<std::size_t>(c.structure), ib = static_cast<std::size_t>(c.block);
     if (is >= structures_.size() || ib >= blocks_.size()) continue;
     const double size = c.force.norm();
-    if (size == 0) continue;  // a contact that carries nothing is no impact
+    if (!(size > nothing * header_.blocks[ib].mass)) continue;  // a contact that carries nothing is no impact
     add_to_structure(structures_[is], c);
     if (is_own(c.block, c.structure)) continue;
     Open& open = open_of_[is][ib];
@@ -342,12 +367,32 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
     member_lines(i, lines);
     if (!blocks_.empty()) lines.push_back(fmt::format("No block struck {}.", info.name));
   } else {
-    lines.push_back(fmt::format("{} was not hit.", info.name));
-    if (s.damage > 0) member_lines(i, lines);
+    not_hit_line(i, lines);
   }
   piece_line(i, lines);
   if (s.damage > 0) lines.push_back(fmt::format("Greatest damage {:.2f}; {:.3g} m^3 with damage above one half{}.", s.damage, s.damaged_volume,
                                                 s.spalled_volume > 0 ? fmt::format(", {:.3g} m^3 eroded or come off", s.spalled_volume) : std::string()));
+}
+
+/// What no block struck: what it got through others that touch it.
+void SummaryBuilder::not_hit_line(std::size_t i, std::vector<std::string>& lines) const {
+  constexpr double least = 1e-3;   // of its permanent load
+  const sim::RunHeader::StructureInfo& info = header_.structures[i];
+  const StructureTrack& s = structures_[i];
+  const std::string added = fmt::format("{} added to its base reaction at most, at {:.3f} s", engineering(s.loads.force.value, "N"), s.loads.force.time);
+  if (const Through by = loaded_through(i); by.structure >= 0) {
+    lines.push_back(fmt::format("{} was not struck itself, it was loaded through {}: {}{}.", info.name, header_.structures[static_cast<std::size_t>(by.structure)].name, added,
+                                s.loads.force.time < by.struck ? ", before a block struck" : ""));
+    return member_lines(i, lines);
+  }
+  if (!info.meets.empty() && s.loads.force.value > std::max(least * s.first_force.norm(), 1e-3)) {
+    std::string others;
+    for (const int k : info.meets) others += (others.empty() ? "" : ", ") + header_.structures[static_cast<std::size_t>(k)].name;
+    lines.push_back(fmt::format("{} was not hit; {}, by what it can touch ({}) or by its own motion.", info.name, added, others));
+    return member_lines(i, lines);
+  }
+  lines.push_back(fmt::format("{} was not hit.", info.name));
+  if (s.damage > 0) member_lines(i, lines);
 }
 
 /// What came off a structure, a whole span or splinters.
@@ -375,14 +420,13 @@ void SummaryBuilder::piece_line(std::size_t structure, std::vector<std::string>&
 void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines) const {
   constexpr std::size_t shown = 6;
   const sim::RunHeader::StructureInfo& info = header_.structures[i];
-  const bool elastic = info.plan.find("elastic, no damage history kept") != std::string::npos;
   std::vector<std::pair<const MemberTrack*, MemberTrack::Verdict>> members;
   for (const MemberTrack& m : structures_[i].members)
     if (m.has_verdict()) members.emplace_back(&m, m.verdict());
   if (members.empty()) return;
   std::stable_sort(members.begin(), members.end(), [](const auto& a, const auto& b) { return std::pair(a.second.grade, a.second.use_design) > std::pair(b.second.grade, b.second.use_design); });
   const auto whole = [&](const MemberTrack& m) { return m.name() == info.name ? info.name : info.name + ", " + m.name(); };
-  if (elastic) {
+  if (elastic(i)) {
     const auto most = std::max_element(members.begin(), members.end(), [](const auto& a, const auto& b) { return a.second.use_design < b.second.use_design; });
     lines.push_back(fmt::format("{}: V_dyn/V_Rd = {:.2f} at most (shear against its design resistance, EN 1992-1-1 6.2). It is elastic in this run: what breaks was not computed.", whole(*most->first), most->second.use_design));
     return;
@@ -421,9 +465,11 @@ void SummaryBuilder::block_lines(std::vector<std::string>& lines) const {
     if (!blocks_[i].left && moves(i)) ++moving;
   }
   if (blocks_.empty()) return;
-  if (way >= 0)
-    lines.push_back(fmt::format("{} went {}{} in plan, {} down, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
-                                length(blocks_[farthest].start.z() - blocks_[farthest].end.z()), blocks_[farthest].max_speed));
+  if (way >= 0) {
+    const double drop = blocks_[farthest].start.z() - blocks_[farthest].end.z();
+    lines.push_back(fmt::format("{} went {}{} in plan, {} {}, at up to {:.3g} m/s.", header_.blocks[farthest].name, blocks_.size() > 1 ? "farthest: " : "", length(run),
+                                length(std::abs(drop)), drop < 0 ? "up" : "down", blocks_[farthest].max_speed));
+  }
   std::size_t left = 0;
   for (std::size_t i = 0; i < blocks_.size(); ++i) left += blocks_[i].left || started_beside(i) ? 1 : 0;
   if (left == blocks_.size()) return;

@@ -53,10 +53,13 @@ struct Impact {
 /// What the lengths of a run's steps go by: simulation.accuracy, simulation.step, or the step that the scheme of 1988 is given.
 enum class Steps { by_accuracy, fixed, scheme_1988 };
 
+/// coupling.scheme: what structures take of what strikes them.
+enum class Taken { both_ways, one_way, nothing };
+
 /// Fed with the rows in their order; holds only what the summary needs.
 class SummaryBuilder {
  public:
-  explicit SummaryBuilder(const sim::RunHeader& header, Steps steps = Steps::by_accuracy);
+  explicit SummaryBuilder(const sim::RunHeader& header, Steps steps = Steps::by_accuracy, Taken taken = Taken::both_ways);
   void extend(std::span<const sim::RunHeader::BlockInfo> blocks);
   void add(const sim::HistoryRow& row);
   void add(std::span<const sim::ContactRow> rows);
@@ -90,12 +93,18 @@ class SummaryBuilder {
     std::vector<ProbeTrack> probes;
     std::vector<MemberTrack> members;
     double step_time = -1;       // of the coupled step being summed
+    double last_contact = -1;    // of the last contact force; < 0: none [s]
     Vec3 step_force = Vec3::Zero();
   };
   struct Open { int impact = -1; double time = 0; Vec3 force = Vec3::Zero(); double weight = 0; };
   /// The sentences that stand on top of the report.
   std::vector<std::string> headline() const;
   void structure_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  void not_hit_line(std::size_t structure, std::vector<std::string>& lines) const;
+  /// The structure through which one that no block struck was loaded by a strike on another, and when that was struck [s]; < 0: none.
+  struct Through { int structure = -1; double struck = 0; };
+  Through loaded_through(std::size_t structure) const;
+  bool elastic(std::size_t structure) const;
   /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
   void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
   void piece_line(std::size_t structure, std::vector<std::string>& lines) const;
@@ -115,6 +124,7 @@ class SummaryBuilder {
   double failed_before_strike(std::size_t structure) const;
   std::string against_algorithmic() const;
   std::string algorithmic_warning() const;
+  double least_kinetic() const;   // kinetic energy below which nothing moves that could be judged [J]
   std::vector<std::string> warnings(const nlohmann::ordered_json& formulas) const;
   nlohmann::ordered_json of_structures() const;
   nlohmann::ordered_json of_blocks() const;
@@ -127,6 +137,7 @@ class SummaryBuilder {
 
   sim::RunHeader header_;  // without terrain
   Steps steps_;
+  Taken taken_;
   std::vector<BlockTrack> blocks_;
   std::vector<LastGround> ground_of_;     // empty without an edge
   Raster ground_;                         // heights of the terrain, coarse

@@ -104,12 +104,14 @@ json SummaryBuilder::of_structures() const {
                         {"peak_displacement", s.probes[k].peak},
                         {"peak_time", s.probes[k].peak_time},
                         {"final_displacement", vec(s.probes[k].last)}});
+    const int by = loaded_through(i).structure;
     json members = json::array();
     for (const MemberTrack& m : s.members) members.push_back(m.summary());
     structures.push_back({{"name", info.name},
                           {"form", info.form},
                           {"loaded", info.loaded},
                           {"hit", std::any_of(impacts_.begin(), impacts_.end(), [&](const Impact& m) { return m.structure == static_cast<int>(i); })},
+                          {"loaded_through", by < 0 ? json() : json(header_.structures[static_cast<std::size_t>(by)].name)},
                           {"impulse", vec(s.impulse)},
                           {"peak_force", s.peak_force},
                           {"peak_force_time", s.peak_force_time},
@@ -164,7 +166,7 @@ json SummaryBuilder::of_energy() const {
           {"damping_work", last_.damping_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / std::max(scale, least_kinetic()) : 0.0},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},
@@ -183,10 +185,19 @@ json SummaryBuilder::of_confidence() const {
   say("energy and momentum ledger", "verified",
       fmt::format("every loss is booked where it occurs; of the greatest kinetic energy the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}", share(residual_worst_),
                   last_.by_the_scheme() < 0 ? "made" : "took", share(last_.by_the_scheme())));
-  say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
+  if (steps_ == Steps::scheme_1988)
+    say("motion of blocks for the given terrain and contact parameters", "extrapolated", "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs (docs/theory/dda-1988.md)");
+  else say("motion of blocks for the given terrain and contact parameters", "verified", "closed forms of flight, sliding, rolling and toppling (talus verify dda)");
   say("run-out and deposits on the real slope", "extrapolated", "depend on roughness and parameters that were not calibrated for this site");
   if (!structures_.empty()) {
-    say("impulse and momentum passed to the structure", "verified", "momentum balance of blocks and structure");
+    switch (taken_) {
+      case Taken::both_ways: say("impulse and momentum passed to the structure", "verified", "closed forms of impacts (talus verify coupling); in this run force and moment on blocks and on nodes were compared in each step (audit)"); break;
+      case Taken::one_way:
+        say("impulse and momentum passed to the structure", "extrapolated", "blocks struck its undeformed skin as a fixed surface, their forces were put on it (coupling.scheme = \"one-way\"): it takes them in full, and did not give way to them");
+        break;
+      case Taken::nothing: say("forces and impulses on the structure", "extrapolated", "a fixed surface that nothing passes to and that does not respond (coupling.scheme = \"rigid\"); only what blocks do to it is told"); break;
+    }
+    if (taken_ == Taken::nothing) return confidence;
     // Closed forms are of sound structures: what has cracked carries by its cells and its law.
     std::string cracked;
     std::size_t count = 0;
@@ -198,7 +209,9 @@ json SummaryBuilder::of_confidence() const {
           "no closed form: they depend on the size of the cells and on the damage law; of a 2 m pier that breaks, base force, base moment and drift differed by 34 to 39 % between cells of 0.5 and 0.33 m. Run it "
           "again with finer cells and state what both tell");
     say("peak contact force", "extrapolated", "low-passed at 300 Hz; a single sub-step's force grows with finer cells and a stiffer contact; compare with the design formulas");
-    if (std::any_of(header_.structures.begin(), header_.structures.end(), [](const auto& s) { return s.f_cm > 0; })) say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure; where and how much depends on the size of the cells");
+    bool computed = false;   // damage
+    for (std::size_t i = 0; i < structures_.size(); ++i) computed = computed || (header_.structures[i].f_cm > 0 && !elastic(i));
+    if (computed) say("damage", "extrapolated", "material law calibrated on standard tests, not on this structure; where and how much depends on the size of the cells");
   }
   return confidence;
 }
@@ -216,6 +229,10 @@ std::string SummaryBuilder::text(const Outcome* outcome) {
     const Vec3 force = s.step_force;
     close_step(s);
     s.step_force = force;
+  }
+  for (std::size_t i = 0; i < structures_.size(); ++i) {
+    const double late = 0.9 * time_;   // a residual drift is the mean from here on
+    for (MemberTrack& m : structures_[i].members) m.set_under_load(structures_[i].last_contact > late || (header_.structures[i].loaded && header_.structures[i].load_until > late));
   }
 
   json j;

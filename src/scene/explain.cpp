@@ -79,7 +79,7 @@ std::string type_text(const Key& key) {
     case Type::counts: return "three whole numbers [nx, ny, nz]";
     case Type::texts: return "a list of texts";
     case Type::friction: return "a coefficient, or an angle with its unit";
-    case Type::stiffness: return "\"hard\", N/m per contact point, or Pa/m per area";
+    case Type::stiffness: return key.path == "interface.shear_stiffness" ? "N/m per contact point, or Pa/m per area" : "\"hard\", N/m per contact point, or Pa/m per area";
     case Type::joint: return "\"dip direction/dip\" in degrees, e.g. \"267/87\"";
     case Type::text_or_table: return "a name, or a table with kind and its parameter";
     case Type::path_or_tables: return "a file, or a list of tables";

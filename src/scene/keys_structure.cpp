@@ -93,7 +93,7 @@ std::vector<Key> structure_keys() {
   viaduct("pier_width", length, "1.5 m", "Viaduct: pier section along the axis.");
   viaduct("pier_depth", length, "1.5 m", "Viaduct: pier section across the axis.");
   viaduct("pier_diameter", length, "none", "Viaduct: diameter of round piers (section = \"round\"); the same as `diameter`, in place of pier_width and pier_depth.");
-  viaduct("cap_height", length, "1 m", "Viaduct: height of the cap beams.", 0, false);
+  viaduct("cap_height", length, "1 m", "Viaduct: height of the cap beams, at least 0.1 m.", 0.1, false);
   viaduct("cap_width", length, "pier_width + 0.5 m", "Viaduct: cap beam along the axis.");
   viaduct("cap_length", length, "deck_width", "Viaduct: cap beam across the axis.");
   viaduct("deck_width", length, "8 m", "Viaduct: deck across the axis.");

@@ -62,12 +62,24 @@ void read_simulation(Reading& in, const View& root) {
   if (s.min_step > s.duration && view.get("duration") && view.has("min_step")) view.problem("min_step", fmt::format("must not be longer than the duration, {:g} s", s.duration), "shorten it");
 }
 
+/// The scheme of 1988 finds its contacts at fixed surfaces: what they do to a structure can be put on it, not the other way round.
+void check_scheme(const Simulation& s, const Coupling& c, const View& view) {
+  if (s.method == Simulation::Method::dda1988 && view.has("scheme") && c.scheme == Coupling::Scheme::two_way)
+    view.problem("scheme", "method \"dda-1988\" does not couple both ways: its blocks strike a structure's undeformed skin as a fixed surface",
+                 "take scheme = \"one-way\" (the structure feels their forces; what is taken if you leave scheme out), \"rigid\", or method \"talus\"");
+  if (c.strict && c.scheme == Coupling::Scheme::rigid)
+    view.problem("audit", "scheme = \"rigid\" passes nothing to a structure: there is nothing to audit", "take scheme \"two-way\" or \"one-way\", or leave audit out");
+}
+
 void read_coupling_and_output(Reading& in, const View& root) {
   Coupling& c = in.scene.coupling;
+  if (in.scene.simulation.method == Simulation::Method::dda1988) c.scheme = Coupling::Scheme::one_way;
   if (const auto view = root.table("coupling")) {
     const std::string scheme = view->text("scheme");
-    c.scheme = scheme == "one-way" ? Coupling::Scheme::one_way : scheme == "rigid" ? Coupling::Scheme::rigid : Coupling::Scheme::two_way;
+    if (view->has("scheme") || in.scene.simulation.method == Simulation::Method::talus)
+      c.scheme = scheme == "one-way" ? Coupling::Scheme::one_way : scheme == "rigid" ? Coupling::Scheme::rigid : Coupling::Scheme::two_way;
     c.strict = view->text("audit") == "strict";
+    check_scheme(in.scene.simulation, c, *view);
     c.exchanges_per_rise = static_cast<int>(view->integer("exchanges_per_rise"));
     c.fragments = view->flag("fragments");
     if (!root.has("structure"))
@@ -227,7 +239,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
   refuse_names_of_fragments(scene, view);
-  if (!view.has("block") && !view.has("rock_mass") && !view.has("structure") && problems.empty())
+  if (scene.blocks.empty() && !view.has("rock_mass") && scene.structures.empty() && problems.empty())   // `block = []` is none
     view.problem("", "the scene has no block, no rock mass and no structure", "add a [[block]]: see docs/scene.md");
 
   const bool blocks_move = view.has("rock_mass") || std::any_of(scene.blocks.begin(), scene.blocks.end(), [](const Block& b) { return !b.fixed; });

@@ -56,8 +56,8 @@ void read_materials(Reading& in, const View& root) {
     Material m;
     m.name = in.name(view, "name", "", taken);
     m.f_cm = view.has("f_cm") && !view.get("f_cm") ? 30e6 : view.number("f_cm");   // a bad one is told of once
-    m.density = view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);
-    m.young = view.number("young");
+    m.density = view.has("density") && !view.get("density") ? 2500 : view.maybe("density").value_or(m.f_cm > 0 ? 2450 : 0);
+    m.young = view.has("young") && !view.get("young") ? 30e9 : view.number("young");
     m.poisson = view.maybe("poisson").value_or(m.f_cm > 0 ? 0.2 : 0.25);
     m.tensile_strength = view.number("tensile_strength");
     m.fracture_energy = view.number("fracture_energy");

@@ -19,6 +19,7 @@ struct Entry {
   ContactLaw law;
   bool stiffness_given = false;
   int stars() const { return (a == "*") + (b == "*"); }
+  bool same_pair(const Entry& other) const { return (a == other.a && b == other.b) || (a == other.b && b == other.a); }
 };
 
 bool same(const ContactLaw& x, const ContactLaw& y) {
@@ -147,14 +148,14 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     if (in.scene.simulation.method == Simulation::Method::dda1988 && entry.stiffness_given && law.stiffness == ContactLaw::Stiffness::hard)
       view.problem("normal_stiffness", "method \"dda-1988\" has no hard contact", "give a penalty stiffness, e.g. \"30 GN/m\", or leave it out");
     for (const Entry& other : entries)
-      if ((other.a == entry.a && other.b == entry.b) || (other.a == entry.b && other.b == entry.a))
+      if (entry.same_pair(other))
         view.problem("between", "there is an entry for this pair already" + std::string(same(other.law, entry.law) ? "" : ", and it says something else"), "keep one of the two");
     entries.push_back(std::move(entry));
   }
   return entries;
 }
 
-/// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a contradiction.
+/// The entry that holds for a pair: exact before one "*" before two. Two one-star entries that differ are a contradiction; two of the same pair were told of.
 const Entry* match(const std::vector<Entry>& entries, const std::string& a, const std::string& b, bool& contradiction) {
   contradiction = false;
   const Entry* best = nullptr;
@@ -164,7 +165,7 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
     if (!best || entry.stars() < best->stars()) {
       best = &entry;
       contradiction = false;
-    } else if (entry.stars() == best->stars() && !same(entry.law, best->law)) {
+    } else if (entry.stars() == best->stars() && !entry.same_pair(*best) && !same(entry.law, best->law)) {
       contradiction = true;
     }
   }

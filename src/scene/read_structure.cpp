@@ -132,6 +132,8 @@ void read_section(const View& view, StructureSpec& spec) {
 void read_rebar(Reading& in, const View& view, StructureSpec& spec) {
   spec.rebar_file = in.file(view, "rebar");
   spec.bond = view.text("bond");
+  if (view.has("bond") && spec.bond == "mc2010" && !view.has("rebar"))
+    view.problem("bond", "has no effect: there are no bars", "add [[structure.rebar]], or leave bond out", Problem::Severity::warning);
   for (const View& rule : view.tables("rebar")) {
     StructureSpec::RebarRule bar;
     bar.kind = rule.text("kind");

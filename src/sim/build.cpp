@@ -1,5 +1,6 @@
 // The only place that decides what exists.
 #include <algorithm>
+#include <limits>
 #include <numeric>
 #include <string_view>
 #include <tuple>
@@ -65,6 +66,7 @@ std::unique_ptr<World> Builder::build() {
   if (!problems_.empty() && !whole) fail();
   warn_of_small_blocks();
   pair_structures();
+  warn_of_sudden_weight();
 
   coupling::SystemSettings settings;
   settings.step.fixed_step = s.simulation.step.value_or(0);
@@ -76,7 +78,8 @@ std::unique_ptr<World> Builder::build() {
   settings.longest_stretch = std::max(0.05, s.output.history_interval);
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
-  for (Problem& overlap : initial_overlaps(*world_)) {
+  // What starts from an earlier run is looked at as that run left it (start_from).
+  for (Problem& overlap : s.simulation.initial_state.empty() ? initial_overlaps(*world_) : std::vector<Problem>{}) {
     const bool told = std::any_of(problems_.begin(), problems_.end(), [&](const Problem& p) { return p.key == overlap.key; });   // its centroid lies in the ground
     if (!told) problems_.push_back(std::move(overlap));
   }
@@ -85,6 +88,7 @@ std::unique_ptr<World> Builder::build() {
     world_->paper.emplace();
     const coupling::Environment& env = world_->system->environment();
     if (env.terrain) world_->paper->surfaces.push_back(env.terrain.get());
+    world_->paper->first_structure = static_cast<int>(world_->paper->surfaces.size());
     for (const coupling::StructurePart& p : env.structures) world_->paper->surfaces.push_back(p.index.get());
   }
   for (Problem& p : world_->scene.warnings) locate(p);
@@ -156,6 +160,22 @@ void Builder::sort_blocks() {
   std::sort(env_.bonds.begin(), env_.bonds.end(), [](const coupling::Bond& x, const coupling::Bond& y) { return std::tie(x.a, x.b, x.joint) < std::tie(y.a, y.b, y.joint); });
 }
 
+namespace {
+
+/// When the last of prescribed tractions has ended; one whose table ends with a force goes on for good [s].
+double end_of(const std::vector<StructureSpec::Load>& loads) {
+  double end = 0;
+  for (const StructureSpec::Load& load : loads) {
+    if (load.history.empty() || load.history.back().second != 0) return std::numeric_limits<double>::infinity();
+    std::size_t last = load.history.size() - 1;   // the first of the zeros that it ends with
+    while (last > 0 && load.history[last - 1].second == 0) --last;
+    end = std::max(end, load.history[last].first);
+  }
+  return end;
+}
+
+}  // namespace
+
 void Builder::fill_header() {
   RunHeader& h = world_->header;
   const scene::Scene& s = world_->scene;
@@ -190,6 +210,11 @@ void Builder::fill_header() {
     info.poisson = s.structures[i].poisson;
     info.f_cm = s.structures[i].f_cm;
     info.loaded = part.stepped() && !s.structures[i].loads.empty();
+    info.permanent = part.structure->permanent_reaction();
+    info.told_permanent = true;
+    if (info.loaded) info.load_until = end_of(s.structures[i].loads);
+    for (const auto& [a, b] : world_->system->environment().touching_structures)
+      if (a == static_cast<int>(i) || b == static_cast<int>(i)) info.meets.push_back(a == static_cast<int>(i) ? b : a);
     h.structures.push_back(std::move(info));
   }
   for (const scene::Material& m : s.materials) h.materials.push_back(m.name);

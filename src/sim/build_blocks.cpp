@@ -77,7 +77,7 @@ dda::Model::Block Builder::make_block(const std::string& name, Polyhedron shape,
     const double omega = M_PI * std::sqrt(m.young / m.density) / (2 * shape.radius);
     b.strain_damping = 2 * strain_damping_ratio / omega;
   }
-  b.shape = std::make_shared<const Polyhedron>(std::move(shape));
+  b.shape = shapes_.share(std::move(shape));
   return b;
 }
 

@@ -95,6 +95,32 @@ void Builder::pair_structures() {
     }
 }
 
+/// A structure without supports that lies on another is in no preload: its weight comes onto both at once, at t = 0.
+void Builder::warn_of_sudden_weight() {
+  if (model_.gravity.isZero(0) || !world_->scene.simulation.initial_state.empty()) return;
+  const auto& specs = world_->scene.structures;
+  for (std::size_t q = 0; q < specs.size(); ++q) {
+    if (!specs[q].supports.empty()) continue;
+    std::string under;
+    for (const auto& [a, b] : env_.touching_structures) {
+      if (a != static_cast<int>(q) && b != static_cast<int>(q)) continue;
+      const auto other = static_cast<std::size_t>(a == static_cast<int>(q) ? b : a);
+      const Box3 here = env_.structures[q].index->bounds(), there = env_.structures[other].index->bounds();
+      if (here.exteriorDistance(there) <= 1e-3 * here.sizes().norm()) under += (under.empty() ? "" : ", ") + specs[other].name;
+    }
+    if (under.empty()) continue;
+    Problem p;
+    p.severity = Problem::Severity::warning;
+    p.file = world_->scene.file;
+    p.key = fmt::format("structure.{}.preload", specs[q].name);
+    p.value = "none";
+    p.rule = fmt::format("no preload covers both it and what holds it ({}): its weight comes onto them at once at t = 0, they swing about where they would stand, by up to twice the weight, and reactions, forces, drift and "
+                         "damage include that", under);
+    p.remedy = "let them come to rest in a run of its own without blocks, with damping_ratio in the interface between them, and start from its results.h5 (simulation.initial_state); or look at a run without blocks for what is the weight's";
+    world_->scene.warnings.push_back(std::move(p));
+  }
+}
+
 void Builder::warn_of_small_blocks() {
   constexpr double ratio = 0.5;   // least thickness of a block over the edge of a cell
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/shape_pool.hpp"
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 #include "sim/ground.hpp"
@@ -68,6 +69,7 @@ class Builder {
   void check_probes(const StructureSpec& spec, const Box3& bounds);
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
   void pair_structures();
+  void warn_of_sudden_weight();
   /// A block far smaller than the cell faces it strikes presses on one face: what happens below the cell size is not resolved.
   void warn_of_small_blocks();
 
@@ -83,6 +85,7 @@ class Builder {
   std::set<std::string> names_;
   std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
   Occupied occupied_;   // by blocks of release areas
+  ShapePool shapes_;    // of all blocks so far
   std::vector<Problem> problems_;
 };
 

@@ -258,6 +258,7 @@ void Simulation::restore(const Checkpoint& c) {
     coupling::StructurePart& part = structures[q];
     if (!part.stepped()) continue;
     part.structure->restore(numbers(fmt::format("structure{}", q)));
+    if (part.fixed_surface) continue;   // blocks strike its undeformed skin
     TriangleSurface skin = part.structure->surface();
     const std::vector<double>& lagging = numbers(fmt::format("index{}", q));
     part.lagging_index = !lagging.empty();

@@ -42,6 +42,10 @@ struct RunHeader {
     Vec3 effective_depth = Vec3::Zero(), reinforcement_ratio = Vec3::Zero();   // [m], 1
     std::string form;            // column, beam, slab, viaduct, mesh: what words fit
     bool cushion = false;        // a block meets it through a law that crushes or is tabulated
+    std::vector<int> meets;      // structures that it can touch: their materials have a law
+    Vec6 permanent = Vec6::Zero();   // force and moment on its supports under permanent load [N], [N m]
+    bool told_permanent = false;     // not in what earlier versions wrote
+    double load_until = 0;       // when its prescribed tractions end; beyond the run: they do not [s]
   };
   std::vector<StructureInfo> structures;
   std::vector<std::string> materials;
@@ -96,7 +100,7 @@ struct RunCounters {
 struct InterfaceAudit {
   double worst_force_imbalance = 0;    // |F_blocks + F_structure| / max |F|
   double worst_moment_imbalance = 0;
-  double impulse_defect = 0;           // |impulse - momentum change| / |impulse|
+  double impulse_defect = 0;           // |impulse on blocks + impulse on structures| / |the latter|, each summed over the run
   double work_on_blocks = 0, work_on_structure = 0;   // [J]
   Vec3 impulse_on_structure = Vec3::Zero();           // [N s]
 };

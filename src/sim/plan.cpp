@@ -139,7 +139,7 @@ std::string start_line(const World& w) {
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
-  const Vec3 weight = structure.base_force();
+  const Vec3 weight = structure.permanent_reaction().head<3>();
   if (weight.norm() > 0) lines.push_back(fmt::format("  Permanent load on its supports: {:.4g} kN.", weight.norm() / 1e3));
   if (spec.kind != "viaduct") return lines;
   const Vec3 axis = spec.rotation.col(0);
@@ -166,6 +166,9 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
     const double edge = coupling::face_edge(part.index->surface()), young = part.structure->young();
     if (coupling::within_cell(law, young, edge))
       lines.push_back(fmt::format("  {}: hard contact at it; springs of {:.4g} N/m give less than a cell of it does of its own, which gives more than both should", pair, law.normal_stiffness));
+    if (law.stiffness == ContactLaw::Stiffness::per_contact && law.kind == ContactLaw::Kind::linear)
+      lines.push_back(fmt::format("  {}: springs of {:.4g} N/m at each contact point; where faces meet there is one for each node of the mesh, so that together they are stiffer with finer cells. What is known of the "
+                                  "whole contact is to be divided by the area that touches, and given in Pa/m", pair, law.normal_stiffness));
     if (law.restitution_tangential) lines.push_back(fmt::format("  {}: restitution_tangential is not used at it", pair));
     if (law.rolling_resistance > 0) lines.push_back(fmt::format("  {}: rolling_resistance is not used at it: its nodes take no couple", pair));
   }
@@ -225,6 +228,9 @@ std::vector<std::string> Simulation::plan() const {
   for (const dda::Model::Block& b : model.blocks) ++(b.fixed ? fixed : b.deformable ? strained : rigid);
   if (w.paper) {
     lines.push_back(fmt::format("Method dda-1988: the paper's scheme, 12 degrees of freedom for every block, step {:g} s.", s.simulation.step.value_or(1e-4)));
+    if (!s.structures.empty())
+      lines.push_back(s.coupling.scheme == scene::Coupling::Scheme::one_way ? "Method dda-1988: structures do not give way to blocks (scheme one-way): their undeformed skin is a fixed surface, its contact forces are put on them in each step."
+                                                                             : "Method dda-1988: structures are fixed surfaces (scheme rigid): what blocks do to them is told, they do not respond.");
     for (const std::string& line : w.paper->scheme.plan(model, s.laws)) lines.push_back(line);
   } else if (s.simulation.step) {
     lines.push_back(fmt::format("Method talus: one convex contact problem per island and step, fixed step {:g} s.", *s.simulation.step));

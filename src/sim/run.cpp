@@ -122,7 +122,7 @@ bool all_left(const World& w) {
   return moving > 0 && w.system->departed().size() == moving;
 }
 
-bool audited(const World& w) { return !w.system->environment().structures.empty() && !w.paper; }
+bool audited(const World& w) { return !w.system->environment().structures.empty(); }
 
 /// The interface's sums over the run (interface.md: audit).
 InterfaceAudit audit_of(const World& w) {

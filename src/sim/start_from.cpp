@@ -103,6 +103,7 @@ std::vector<std::string> Simulation::start_from(const FinalState& state, const s
       continue;
     }
     structure.start_over();
+    w.header.structures[q].permanent = structure.permanent_reaction();
     if (!parts[q].fixed_surface) {
       parts[q].index = std::make_unique<contact::SurfaceIndex>(structure.surface());
       w.displaced[q].clear();

@@ -19,13 +19,22 @@ Pose World::pose(int listed) const {
 }
 
 bool World::advance_to(double t, const std::atomic<int>* stop) {
-  if (!paper) return system->advance_to(t, stop);
+  return paper ? advance_paper(t, stop) : system->advance_to(t, stop);
+}
+
+/// The blocks step by step; structures of scheme "one-way" take the forces of each. While nothing touches them they stay behind, at the system's time.
+bool World::advance_paper(double t, const std::atomic<int>* stop) {
   PaperScheme& p = *paper;
   const double dt = scene.simulation.step.value_or(1e-4);
   const coupling::Environment& env = system->environment();
+  const auto structures_to = [&](double time, std::span<const coupling::StructureContact> rows) {
+    const double behind = time - system->state().time;
+    if (behind > 1e-9 * dt) system->advance_structures(behind, rows);
+    system->state().time = time;
+  };
   while (t - p.time > 1e-9 * dt) {
     if (agreed(stop) != 0) return false;
-    const double h = std::min(dt, t - p.time);
+    const double h = std::min(dt, t - p.time), start = p.time;
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
     p.time += h;
     p.steps += r.substeps;
@@ -39,9 +48,17 @@ bool World::advance_to(double t, const std::atomic<int>* stop) {
     p.contact_energy = r.contact;
     p.strain_energy = r.strain;
     p.kinetic = r.kinetic;
+    std::vector<coupling::StructureContact> rows;
+    for (const dda::Shi1988Load& load : r.loads)
+      if (load.surface >= p.first_structure)
+        rows.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
+                        .normal = load.normal, .area = load.area});
+    if (rows.empty()) continue;
+    structures_to(start, {});
+    structures_to(p.time, rows);
   }
   p.time = t;
-  system->state().time = t;
+  structures_to(t, {});
   return true;
 }
 
@@ -162,20 +179,20 @@ LedgerRow World::ledger() {
     l.friction_work = c.friction_work;
     l.damping_work = c.damping_work;
     l.algorithmic = c.algorithmic;
-    for (const coupling::StructurePart& part : system->environment().structures) {
-      if (!part.stepped()) continue;
-      const StructureEnergy e = part.structure->energy();
-      l.kinetic += e.kinetic;
-      l.potential += e.gravity_potential;
-      l.strain += e.elastic;
-      l.damping_work += e.damping_work + e.bulk_viscosity_work;
-      l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
-      l.algorithmic += e.algorithmic + e.step_dependence;
-      l.step_dependence += e.step_dependence;
-      l.external_work += e.external_work + (part.one_way ? e.contact_work : 0);   // recorded loads come from outside
-      l.linear_momentum += e.linear_momentum;
-      l.angular_momentum += e.angular_momentum;
-    }
+  }
+  for (const coupling::StructurePart& part : system->environment().structures) {
+    if (!part.stepped()) continue;
+    const StructureEnergy e = part.structure->energy();
+    l.kinetic += e.kinetic;
+    l.potential += e.gravity_potential;
+    l.strain += e.elastic;
+    l.damping_work += e.damping_work + e.bulk_viscosity_work;
+    l.damage_work += e.damage_work + e.plastic_work + e.eroded_energy;
+    l.algorithmic += e.algorithmic + e.step_dependence;
+    l.step_dependence += e.step_dependence;
+    l.external_work += e.external_work + (part.one_way ? e.contact_work : 0);   // recorded loads come from outside
+    l.linear_momentum += e.linear_momentum;
+    l.angular_momentum += e.angular_momentum;
   }
   const double now = l.kinetic + l.potential + l.strain + l.contact;
   const double dissipated = l.friction_work + l.damping_work + l.damage_work + l.algorithmic;

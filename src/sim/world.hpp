@@ -20,7 +20,8 @@ using Report = std::function<void(const std::string&)>;
 struct PaperScheme {
   dda::Shi1988 scheme;
   dda::Shi1988State history;
-  std::vector<const contact::SurfaceIndex*> surfaces;
+  std::vector<const contact::SurfaceIndex*> surfaces;   // terrain, then the structures
+  int first_structure = 0;                               // in `surfaces`
   double time = 0;
   long steps = 0, iterations = 0, cuts = 0, unsettled = 0, contacts = 0;
   double friction_work = 0, algorithmic = 0, worst_penetration = 0, contact_energy = 0, strain_energy = 0, kinetic = 0;
@@ -44,6 +45,7 @@ class World {
   double time() const { return paper ? paper->time : system->state().time; }
   /// Advances to time t exactly; false if `stop` became non-zero before.
   bool advance_to(double t, const std::atomic<int>* stop = nullptr);
+  bool advance_paper(double t, const std::atomic<int>* stop);
   /// Turns the structures' loose parts into blocks; returns what was added.
   std::vector<RunHeader::BlockInfo> take_fragments();
   /// Structures that have lost the support of a part which stays where it is (coupling.fragments = false): a sentence each, once in a run.

@@ -239,6 +239,68 @@ expect("its capacity", (done.returncode, done.stdout, done.stderr), 0, " lost ",
 member = json.loads((out / "snapped/capacity.json").read_text())["members"][0]
 require("no reserve", member["lost"] and member["reserve"] is None and member["capacity_now"] is None and member["ratio"] is None, member)
 
+# A resolved scene of talus impact holds the block where it starts; what it says goes by that.
+done = subprocess.run([talus, "impact", "snapped/scene.resolved.json", "-o", "again"], cwd=out, capture_output=True, text=True, timeout=120)
+expect("impact by a resolved scene", (done.returncode, done.stdout, done.stderr), 2, "talus run takes it")
+
+# A deck that lies on a pier without a preload over both; springs in N/m at it; bars that slip, without bars; a cap beam of no height.
+lying = """schema = 1
+[simulation]
+duration = "10 ms"
+""" + materials.replace('normal_stiffness = "hard"', 'normal_stiffness = "100 MN/m"') + """[[structure]]
+name = "pier"
+kind = "column"
+material = "C30"
+base = [0, 0, 0]
+section = [2, 2]
+height = 4
+cell_size = 1
+bond = "mc2010"
+[[structure]]
+name = "deck"
+kind = "box"
+material = "C30"
+position = [0, 0, %s]
+size = [4, 4, 1]
+cells = [4, 4, 1]
+support = []
+preload = "none"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1, 1, 1]
+position = [0, 0, 9]
+"""
+expect("a deck on a pier", check(lying % 4.5), 0, "structure.deck.preload = none", "no preload covers both it and what holds it (pier)", "simulation.initial_state", "one for each node of the mesh", "there are no bars")
+expect("a deck above a pier", check(lying % 5.5), 0, absent=["no preload covers both"])
+expect("per area", check(lying.replace("100 MN/m", "100 MPa/m") % 4.5), 0, absent=["one for each node of the mesh"])
+expect("a cap beam of no height", check(base + viaduct % ("0", "2") + 'deck_level = "40 m"\ncap_height = 0\n'), 2, "cap_height", "0.1 m")
+# Prestress that crushes what it presses: no state at rest.
+pressed = """schema = 1
+[simulation]
+duration = "10 ms"
+gravity = [0, 0, 0]
+""" + materials + """[[structure]]
+name = "P"
+kind = "column"
+material = "C30"
+base = [0, 0, 0]
+section = [0.8, 0.8]
+height = 4
+cell_size = "0.2 m"
+damage = "concrete"
+[[structure.rebar]]
+kind = "longitudinal"
+bars = 8
+diameter = "36 mm"
+cover = "60 mm"
+yield = "1500 MPa"
+prestress = "%s MPa"
+"""
+expect("too much prestress", check(pressed % 900), 0, "no state at rest was found", "crack or yield by themselves from t = 0 on", "before any block arrives")
+expect("little prestress", check(pressed % 50), 0, absent=["no state at rest was found"])
+
 # A slab of 0.5 m, bars of 20 mm each 0.5 m both ways, 40 mm and 60 mm from both faces to their middle: d = (0.46 + 0.44)/2, rho = sqrt(rho_x rho_y).
 rows = ["bar,diameter,x,y,z,grade"]
 for z, axis in ((0.21, "x"), (-0.21, "x"), (0.19, "y"), (-0.19, "y")):

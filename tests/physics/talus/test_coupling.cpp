@@ -171,6 +171,55 @@ TEST(InitialState, CarriesDamageOnAndStartsItsBooksAnew) {
   EXPECT_LT(std::abs(sink.rows.back().ledger.residual), 0.01 * first.rows.front().ledger.kinetic);
 }
 
+/// A column, and a cube that flies towards it at mid-height.
+std::string struck_column(double x, double end, const std::string& more = {}, const std::string& load = {}) {
+  SceneText s(Method::by_accuracy(1e-3), end, Vec3(0, 0, -9.81), more);
+  s.history(1e-4).material("concrete", 2450, "young = 30e9\npoisson = 0.2").material("rock", 2600).interface("rock", "concrete", 0.5);
+  s.box("B", Vec3(0.5, 0.5, 0.5), Vec3(x, 0, 3.5), velocity(Vec3(8, 0, 0)));
+  return s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\ncell_size = 0.5\n" + load).str();
+}
+
+/// One that stands bent under a steady load as the second run begins, as it might ring: reactions count from those under its weight, not from those of the moment.
+TEST(InitialState, ReactionsCountFromThePermanentLoad) {
+  const std::string load = "damping_ratio = 0.5\n[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n";
+  const Outcome first = run_scene(struck_column(-9, 0.3, {}, load));
+  ASSERT_TRUE(first.ok());
+  const Vec3 weight(0, 0, -4 * 2450 * 9.81);
+  EXPECT_LT((first.simulation->header().structures[0].permanent.head<3>() - weight).norm(), 1e-6 * weight.norm());
+  ASSERT_NEAR((first.last().structures[0].base_force - weight).norm(), 1e6, 5e4);
+  sim::FinalState state = first.simulation->final_state();
+  state.blocks.clear();
+  sim::Simulation second(scene::read_scene_text(struck_column(-9, 0.03, {}, load), "/test.toml"));
+  second.start_from(state, "first.h5");
+  EXPECT_LT((second.header().structures[0].permanent.head<3>() - weight).norm(), 1e-6 * weight.norm());
+  class Last : public sim::Sink {
+   public:
+    void history(const sim::HistoryRow& row) override { row_ = row; }
+    sim::HistoryRow row_;
+  } sink;
+  EXPECT_EQ(second.run(sink).exit_code, 0);
+  EXPECT_NEAR(sink.row_.structures[0].peaks.force.value, 1e6, 1e5);
+}
+
+/// What the first run bent away makes room for a block that would overlap the structure as it was built.
+TEST(InitialState, BlocksMayStandWhereTheStructureHasLeft) {
+  const std::string load = "[[structure.load]]\nregion = { min = [-1, -1, 3], max = [-0.49, 1, 4] }\ntraction = [1e6, 0, 0]\n", file = "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"";
+  const Outcome first = run_scene(struck_column(-5, 0.02, {}, load));
+  ASSERT_TRUE(first.ok());
+  sim::FinalState state = first.simulation->final_state();
+  state.blocks.clear();
+  double left = 1;   // by which its upper part has left
+  for (const Vec3& x : first.simulation->structures()[0]->surface().vertices)
+    if (x.x() < -0.4 && x.z() > 2.9) left = std::min(left, x.x() + 0.5);
+  ASSERT_GT(left, 1e-4);
+  ASSERT_LT(left, 0.05);
+  EXPECT_NE(refusal(struck_column(-0.75 + 0.5 * left, 0.02, {}, load)).find("overlaps structure P"), std::string::npos);
+  sim::Simulation second(scene::read_scene_text(struck_column(-0.75 + 0.5 * left, 0.02, file, load), "/test.toml"));
+  EXPECT_NO_THROW(second.start_from(state, "first.h5"));
+  sim::Simulation third(scene::read_scene_text(struck_column(-0.70, 0.02, file, load), "/test.toml"));
+  EXPECT_THROW(third.start_from(state, "first.h5"), InputError);
+}
+
 TEST(InitialState, AnotherMeshIsRefused) {
   const sim::FinalState state = run_scene(wall(-0.9, 0.5, {}, 1, 1e-3)).simulation->final_state();
   const auto said = [&](const std::string& from, const std::string& to) {

@@ -38,14 +38,54 @@ TEST(Standing, NudgedTowerComesToRest) {
 }
 
 TEST(Standing, NudgedTowerOfHundredsDoesNotSinkIntoItself) {
-  // Solutions taken where their search stalls leave residuals of one sign, which add up along a tower: it came to 0.8 MJ of motion, 2.6 MJ made a second.
-  const Outcome o = run_scene(tower(300, 0.5, Vec3(0, 0, -9.81), 1e-3));
-  ASSERT_TRUE(o.ok());
-  for (const sim::HistoryRow& row : o.rows) {
-    EXPECT_LT(row.ledger.kinetic, 200) << row.time;                    // [J]; its weight is 7.4 MN
-    EXPECT_GT(row.ledger.by_the_scheme(), -5e3) << row.time;
+  // Solutions taken where their search stalls leave residuals of one sign, which add up along a tower: it came to 0.8 MJ of motion, 2.6 MJ made a second. It
+  // is lifted again by what it sank, which is taken from its motion: without that, 0.6 kJ of motion in four seconds with 256 cubes.
+  for (const int cubes : {256, 300}) {
+    const Outcome o = run_scene(tower(cubes, 0.5, Vec3(0, 0, -9.81), 1e-3));
+    ASSERT_TRUE(o.ok());
+    for (const sim::HistoryRow& row : o.rows) {
+      EXPECT_LT(row.ledger.kinetic, 1) << cubes << ", " << row.time;   // [J]; its weight is 6.3 MN or more
+      EXPECT_GT(row.ledger.by_the_scheme(), -20) << cubes << ", " << row.time;
+    }
+    for (int i = 0; i < cubes; ++i) EXPECT_LT((o.last().position[static_cast<std::size_t>(i)] - Vec3(0, 0, 0.5 + i)).norm(), 1e-3) << cubes << ", " << i;
   }
-  for (std::size_t i = 0; i < 300; ++i) EXPECT_LT((o.last().position[i] - Vec3(0, 0, 0.5 + static_cast<double>(i))).norm(), 5e-3) << i;
+}
+
+TEST(Standing, HardTowerOnSoftGroundSinksToItsRest) {
+  // Hard joints above springs in one island, whose events are not located (more than twelve blocks) and are (twelve).
+  for (const int cubes : {12, 13, 30}) {
+    const double stiffness = 1e8, weight = cubes * 2500 * 9.81;
+    SceneText s(Method::by_accuracy(1e-3), 1, Vec3(0, 0, -9.81));
+    s.history(0.1).material("rock", 2500).interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"").interface("rock", "ground", 0.5, fmt::format("normal_stiffness = {}", stiffness));
+    s.plane(Vec3::UnitZ());
+    for (int i = 0; i < cubes; ++i) s.box(fmt::format("B{}", i), Vec3::Ones(), Vec3(0, 0, 0.5 + i), "deformable = false\n");
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    const double sinks = weight / (4 * stiffness);   // four corners
+    const double within = cubes < 30 ? 0.02 : 0.7;   // of thirty blocks the swing of the whole on its ground dies out slowly
+    for (int i = 0; i < cubes; ++i) EXPECT_LT((o.last().position[static_cast<std::size_t>(i)] - Vec3(0, 0, 0.5 + i - sinks)).norm(), within * sinks) << cubes << ", " << i;
+    // Not above what springs give back as it sinks; a hard joint held by a rule that its blocks do not go by lost and made 33 kJ of thirteen blocks.
+    for (const sim::HistoryRow& row : o.rows) {
+      EXPECT_LT(row.ledger.kinetic, 0.5 * weight * sinks) << cubes << ", " << row.time;
+      EXPECT_GT(row.ledger.by_the_scheme(), -0.6 * weight * sinks) << cubes << ", " << row.time;
+    }
+  }
+}
+
+TEST(Standing, BondsHoldWhatIsLeftUnsolved) {
+  // Chains of cubes that hang from a fixed one, bonds a hundred times as strong as the load asks, the lowest cube nudged: a solution of many contacts is no
+  // closer than a thousandth of what moves, which is no break.
+  for (const int cubes : {20, 100, 256}) {
+    SceneText s(Method::by_accuracy(1e-3), 0.3, Vec3(0, 0, -9.81));
+    s.history(0.1).material("rock", 2500).interface("rock", "rock", 0.5, "normal_stiffness = \"hard\"\ncohesion = 1e9\ntension = 1e9\n");
+    for (int i = 0; i < cubes; ++i) {
+      const bool lowest = i + 1 == cubes;
+      s.box(fmt::format("B{}", i), Vec3::Ones(), Vec3(0, 0, -0.5 - i), fmt::format("deformable = false\n{}{}", i == 0 ? "fixed = true\n" : "", lowest ? "velocity = [0.1, 0.0, 0.0]\n" : ""));
+    }
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok());
+    for (int i = 0; i < cubes; ++i) EXPECT_LT((o.last().position[static_cast<std::size_t>(i)] - Vec3(0, 0, -0.5 - i)).norm(), 1e-3) << cubes << ", " << i;
+  }
 }
 
 TEST(Standing, WhatSlidesOffFromRestIsFollowed) {

@@ -10,8 +10,8 @@
 namespace talus::verify {
 namespace {
 
-/// Most that the scheme took or made in the run, over the energy of the impact.
-double by_the_scheme(const SceneText& s) {
+/// Most that the scheme took or made in the run, over the energy of the impact. `left`: part of it that may be in motion at the end.
+double by_the_scheme(const SceneText& s, double left = 0.9) {
   const Outcome o = run_scene(s.str());
   EXPECT_TRUE(o.ok()) << o.result.message;
   double worst = 0;
@@ -21,7 +21,7 @@ double by_the_scheme(const SceneText& s) {
   const auto gone = [](const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic - l.external_work; };
   const sim::LedgerRow &first = o.rows.front().ledger, &last = o.rows.back().ledger;
   EXPECT_NEAR(held(last) - held(first) + gone(last) - gone(first), last.residual, 1e-9 * first.kinetic);   // the columns of the file add up
-  EXPECT_LT(o.rows.back().ledger.kinetic, 0.9 * o.rows.front().ledger.kinetic);   // it did strike
+  EXPECT_LT(o.rows.back().ledger.kinetic, left * o.rows.front().ledger.kinetic);   // it did strike
   return worst / o.rows.front().ledger.kinetic;
 }
 
@@ -79,6 +79,33 @@ TEST(StructureEnergy, PointsThatCrush) {
     s.raw(std::string("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.5, 0.5, 0.5]\nposition = [0.05, 0.03, 0.29]\nvelocity = [0, 0, -3]\ndeformable = false\n") + turned);
     EXPECT_LT(by_the_scheme(s), 0.01) << turned;
   }
+}
+
+/// A block that turns round the edge of a column: a corner or edge of it is found no more while it is still loaded, and what is left presses another way. What it held was lost, 18 and 24 % of the energy.
+TEST(StructureEnergy, SpringsRoundAnEdgeGiveBackWhatTheyHeld) {
+  const auto column = [](const char* turned) {
+    return std::string("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1.2, 1.6]\nheight = 7\ncell_size = 0.2\ndamping_ratio = 0\norientation = { rotation_vector = [0, 0, \"") + turned + "\"] }\n";
+  };
+  SceneText dodecahedron = scene(0.015, "40 GPa", 0.7, "normal_stiffness = \"150 MN/m\"");
+  dodecahedron.raw(column("65.397 deg"));
+  dodecahedron.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nvolume = 0.7\nposition = [-1.593125, -0.27032, 2.561408]\nvelocity = [18.31079, 0.63309, 0.38325]\nspin = [-4.9929, 3.3458, -3.6368]\n"
+                   "orientation = { quaternion = [0.14627, -0.606058, 0.026871, 0.781394] }\n");
+  EXPECT_LT(by_the_scheme(dodecahedron, 0.95), 0.01);
+  SceneText box = scene(0.015, "40 GPa", 0.3, "contact_law = { kind = \"table\", points = [[0, 0], [0.01, 3e5], [0.05, 4e6], [0.1, 1.5e7]] }");
+  box.raw(column("82.944 deg"));
+  box.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.6, 0.9, 1.2]\nposition = [-1.383818, -0.299078, 6.128291]\nvelocity = [18.51765, -6.35664, 0.11125]\nspin = [-1.76226, 2.58731, 2.56585]\n"
+          "orientation = { quaternion = [-0.197489, 0.17847, 0.713234, 0.648416] }\ndeformable = false\n");
+  EXPECT_LT(by_the_scheme(box, 0.95), 0.015);
+}
+
+/// A box that crushes a column's edge: a face of it is left out while another side has the same overlap, and comes back deep below its craters. What lay between was crushed at once, by no work: 12.6 % of the energy made, 10 kJ of it
+/// in two steps.
+TEST(StructureEnergy, CushionsAtAnEdgeThatComeBack) {
+  SceneText s = scene(0.1, "40 GPa", 0, "normal_stiffness = \"200 MPa/m\"\ncontact_law = { kind = \"crushing\", pressure = \"8 MPa\" }");
+  s.raw("[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1.2, 1.6]\nheight = 7\ncell_size = 0.5\ndamping_ratio = 0\norientation = { rotation_vector = [0, 0, \"43.991 deg\"] }\n");
+  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.6, 0.9, 1.2]\nposition = [-1.479497, 0.021285, 2.485488]\nvelocity = [12.49774, 0.96119, -6.2312]\nspin = [0.88356, 4.15519, 4.282]\n"
+        "orientation = { quaternion = [-0.31178, 0.403413, 0.830858, 0.222994] }\n");
+  EXPECT_LT(by_the_scheme(s), 0.09);
 }
 
 /// Springs by a table, under a turned cube whose corner, edge and face follow each other: a point that is found anew starts unloaded, and one that vanishes leaves what it held. As deep as the geometry has it at once, 5.7 % were made,
@@ -342,6 +369,22 @@ TEST(StructureEnergy, HertzFromFaceToFace) {
     ASSERT_TRUE(o.ok()) << o.result.message;
     for (const sim::HistoryRow& r : o.rows) ASSERT_LT(std::abs(r.ledger.by_the_scheme()), 0.01 * o.rows.front().ledger.kinetic) << beside << ", " << r.time;
     EXPECT_GT(o.rows.back().velocity[0].z(), 10);   // it did strike
+  }
+}
+
+/// A sphere that strains as it strikes: what it sank in the step before goes by the strain rates of that half step, the spring by the way of the point that its impulse acts at. By those of full steps 15.8 % of the
+/// energy was made; by the way of the block's point, a depth aside, 0.22 and 0.84 %.
+TEST(StructureEnergy, HertzOnABlockThatStrains) {
+  for (const auto& [speed, allowed] : {std::pair(5.0, 1e-3), std::pair(20.0, 4e-3)}) {
+    SceneText s = scene(speed < 10 ? 0.006 : 0.004, "50 GPa", 0, "contact_law = { kind = \"hertz\", radius = 0.5 }");
+    s.history(1e-4);
+    s.raw(structure_box("wall", Vec3(6, 6, 6), Vec3(3, 0, 0), {15, 15, 15}, "concrete", "support = [\"+x\"]\npreload = \"none\"\n"));
+    s.raw("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\nlongitudes = 24\nlatitudes = 11\nposition = [-0.501, 0, 0]\ndeformable = true\n" + velocity(Vec3(speed, 0, 0)));
+    const Outcome o = run_scene(s.str());
+    ASSERT_TRUE(o.ok()) << o.result.message;
+    for (const sim::HistoryRow& r : o.rows) ASSERT_LT(std::abs(r.ledger.by_the_scheme()), allowed * o.rows.front().ledger.kinetic) << speed << ", " << r.time;
+    EXPECT_LT(o.rows.back().velocity[0].x(), -0.9 * speed);   // it came back,
+    EXPECT_GT(o.rows.back().velocity[0].x(), -speed);         // no faster than it came
   }
 }
 

@@ -139,6 +139,14 @@ TEST(Mesh, EachDefectIsToldByItsName) {
   for (auto& t : inside_out.triangles) std::swap(t[0], t[1]);
   EXPECT_NE(rules(inside_out).find("look inward"), std::string::npos);
 
+  // A corner pulled through the opposite edge: of negative volume, but not inside out.
+  Mesh tangle = unit_box();
+  for (Vec3& x : tangle.vertices)
+    if (x == Vec3(1, 1, 1)) x = Vec3(-3, -3, 0.5);
+  EXPECT_LT(signed_volume(tangle.vertices, tangle.triangles), 0);
+  EXPECT_NE(rules(tangle).find("self-intersecting"), std::string::npos);
+  EXPECT_EQ(rules(tangle).find("look inward"), std::string::npos);
+
   Mesh sheet = unit_box();
   for (Vec3& v : sheet.vertices) v.z() = 0.5 * v.x();
   EXPECT_FALSE(rules(sheet).empty());

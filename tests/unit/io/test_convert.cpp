@@ -84,6 +84,13 @@ TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
   EXPECT_EQ(contacts[0][0], "time [s]");
   EXPECT_EQ(cells(io::csv_text(results, "/history/blocks/kinetic_translational"))[0], (std::vector<std::string>{"time [s]", "B1.kinetic_translational [J]", "B2.kinetic_translational [J]", "P2-fragment-1.kinetic_translational [J]"}));
   EXPECT_EQ(cells(io::csv_text(results, "/geometry/blocks/vertices")).size(), 25u);
+  EXPECT_EQ(cells(io::csv_text(results, "/history/time"))[0], (std::vector<std::string>{"time [s]"}));
+  for (const char* several : {"/history", "/history/contacts", "/history/structures"}) try {
+      io::csv_text(results, several);
+      ADD_FAILURE() << several << " was written";
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("holds several histories"), std::string::npos) << e.what();
+    }
 }
 
 /// Shear of members has four axes: time, member, station, direction. Every row of the file is one time.

@@ -11,6 +11,8 @@
 namespace talus::io {
 namespace {
 
+using json = nlohmann::json;
+
 Member pier() {
   Member m;
   m.name = "P2";
@@ -84,6 +86,32 @@ TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   track.add(1, state(1e8, 0, 0.1), {});
   EXPECT_TRUE(track.summary()["damage_class"].is_null());
   EXPECT_TRUE(track.summary()["damage_class_name"].is_null());
+}
+
+/// Concrete with damage = "none": cracks were not computed, which is no finding; what was computed is told.
+TEST(MemberTrack, WhatWasComputedElasticIsNotJudged) {
+  MemberTrack track(pier(), true);
+  track.add(0, state(0, 0, 0), {});
+  track.add(1, state(0, 0, 0), peaks(1.77, 1.2, 0));
+  const auto j = track.summary();
+  EXPECT_TRUE(j["damage_class"].is_null());
+  EXPECT_TRUE(j["damage_class_name"].is_null());
+  const std::string basis = j["damage_class_basis"].get<std::string>();
+  EXPECT_NE(basis.find("not computed"), std::string::npos) << basis;
+  EXPECT_NE(basis.find("V_dyn/V_Rd with design strengths 1.77, with mean strengths 1.20"), std::string::npos) << basis;
+  EXPECT_NEAR(j["shear_utilisation_design"]["value"].get<double>(), 1.77, 1e-12);
+}
+
+TEST(MemberTrack, ADriftUnderALoadThatStillActsIsNoResidualOne) {
+  MemberTrack track(pier());
+  track.add(0, state(0, 0, 0), {});
+  track.add(1, state(0, 0, 0.2), {});
+  EXPECT_EQ(track.summary()["residual_drift_under_load"], false);
+  EXPECT_NE(track.verdict().basis.find("residual drift"), std::string::npos) << track.verdict().basis;
+  track.set_under_load(true);
+  EXPECT_EQ(track.summary()["residual_drift_under_load"], true);
+  EXPECT_EQ(track.verdict().basis.find("residual drift"), std::string::npos) << track.verdict().basis;
+  EXPECT_NE(track.verdict().basis.find("drift under a load that still acts"), std::string::npos) << track.verdict().basis;
 }
 
 /// A pier at rest, then as `change` makes it.
@@ -167,6 +195,98 @@ TEST(Headline, JudgesEveryMember) {
   const std::string elastic = lines({{"V", peaks(0.9, 0.7, 0)}}, "V: elastic, no damage history kept");
   EXPECT_EQ(elastic.find("damage class"), std::string::npos) << elastic;
   EXPECT_NE(elastic.find("V: V_dyn/V_Rd = 0.90 at most"), std::string::npos) << elastic;
+}
+
+/// A deck that a block strikes, the piers that carry it, one that stands apart.
+TEST(Headline, TellsWhatCameThroughAnother) {
+  sim::RunHeader header;
+  header.blocks.resize(1);
+  header.blocks[0].name = "B1", header.blocks[0].mass = 1000;
+  for (const char* name : {"deck", "P1", "P2", "apart"}) {
+    header.structures.emplace_back();
+    header.structures.back().name = name;
+  }
+  header.structures[0].meets = {1, 2};
+  header.structures[1].meets = header.structures[2].meets = {0};
+  header.structures[1].members = {pier()};
+  header.structures[1].members[0].name = "P1";
+  sim::HistoryRow row;
+  row.position = {Vec3::Zero()}, row.velocity = {Vec3::UnitX()}, row.spin = {Vec3::Zero()};
+  row.kinetic_translational = {1e6}, row.kinetic_rotational = {0};
+  row.structures.resize(4);
+  row.structures[1].members = {state(0, 0, 0)};
+  row.structures[1].peaks.members = {peaks(1.62, 1.1, 0)};
+  row.structures[1].peaks.force = {2.92e6, 0.2, 0};
+  const auto summary = [&](double force) {
+    SummaryBuilder builder(header);
+    builder.add(row);
+    sim::ContactRow contact;
+    contact.time = 0.1, contact.dt = 1e-3, contact.force = Vec3(0, 0, -force), contact.normal = Vec3::UnitZ(), contact.structure = 0, contact.block = 0;
+    builder.add({&contact, 1});
+    row.time = 0.3;
+    builder.add(row);
+    return json::parse(builder.text(nullptr));
+  };
+  json j = summary(3e6);
+  std::string all;
+  for (const auto& line : j["headline"]) all += line.get<std::string>() + "\n";
+  EXPECT_NE(all.find("P1 was not struck itself, it was loaded through deck: 2.92 MN added to its base reaction at most, at 0.200 s."), std::string::npos) << all;
+  EXPECT_NE(all.find("P1: damage class 3 of 4"), std::string::npos) << all;
+  EXPECT_NE(all.find("P2 was not hit."), std::string::npos) << all;       // nothing came through
+  EXPECT_NE(all.find("apart was not hit."), std::string::npos) << all;
+  EXPECT_EQ(j["structures"][1]["hit"], false);
+  EXPECT_EQ(j["structures"][1]["loaded_through"], "deck");
+  EXPECT_TRUE(j["structures"][0]["loaded_through"].is_null());
+  EXPECT_TRUE(j["structures"][2]["loaded_through"].is_null());
+  // A force that a solver's tolerance leaves is no impact.
+  j = summary(1e-14);
+  EXPECT_EQ(j["hit"], false);
+  EXPECT_TRUE(j["impacts"].empty());
+  all.clear();
+  for (const auto& line : j["headline"]) all += line.get<std::string>() + "\n";
+  EXPECT_NE(all.find("P1 was not hit; 2.92 MN added to its base reaction at most, at 0.200 s, by what it can touch (deck) or by its own motion."), std::string::npos) << all;
+}
+
+/// A run that starts while its structure rings tells the permanent load's reaction, not that of the moment.
+TEST(Summary, PreloadIsThatUnderPermanentLoad) {
+  sim::RunHeader header;
+  header.structures.resize(1);
+  header.structures[0].name = "P";
+  header.structures[0].permanent << 0, 0, -240e3, 1, 2, 3;
+  header.structures[0].told_permanent = true;
+  header.structures[0].meets = {0};
+  header = decode_header(encode_header(header));
+  sim::HistoryRow row;
+  row.structures.resize(1);
+  row.structures[0].base_force = Vec3(421e3, 458e3, 1487e3);
+  SummaryBuilder builder(header);
+  builder.add(row);
+  const json j = json::parse(builder.text(nullptr));
+  EXPECT_EQ(j["structures"][0]["preload_force"], json::array({0.0, 0.0, -240e3}));
+  EXPECT_EQ(j["structures"][0]["preload_moment"], json::array({1.0, 2.0, 3.0}));
+}
+
+/// What the level of confidence rests on is what the run did.
+TEST(Summary, ConfidenceFollowsMethodAndScheme) {
+  sim::RunHeader header;
+  header.structures.resize(1);
+  header.structures[0].name = "P";
+  const auto level = [&](const char* what, Steps steps, Taken taken) {
+    sim::HistoryRow row;
+    row.structures.resize(1);
+    SummaryBuilder builder(header, steps, taken);
+    builder.add(row);
+    const json j = json::parse(builder.text(nullptr));
+    for (const auto& entry : j["confidence"])
+      if (entry["quantity"].get<std::string>().starts_with(what)) return entry["level"].get<std::string>();
+    return std::string("none");
+  };
+  EXPECT_EQ(level("impulse and momentum", Steps::by_accuracy, Taken::both_ways), "verified");
+  EXPECT_EQ(level("impulse and momentum", Steps::by_accuracy, Taken::one_way), "extrapolated");
+  EXPECT_EQ(level("impulse and momentum", Steps::by_accuracy, Taken::nothing), "none");
+  EXPECT_EQ(level("elastic response", Steps::by_accuracy, Taken::nothing), "none");
+  EXPECT_EQ(level("motion of blocks", Steps::by_accuracy, Taken::both_ways), "verified");
+  EXPECT_EQ(level("motion of blocks", Steps::scheme_1988, Taken::one_way), "extrapolated");
 }
 
 TEST(Records, MembersComeThroughUnchanged) {

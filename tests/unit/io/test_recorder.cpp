@@ -228,6 +228,25 @@ TEST(Recorder, DesignFormulasTakeTheStructuresOwnSection) {
   EXPECT_NE(with[5]["note"].get<std::string>().find("not applicable"), std::string::npos) << with[5]["note"];
 }
 
+/// A box of earth has no resistance to punching by EN 1992.
+TEST(Recorder, WhatIsNoConcreteHasNoResistanceOfIt) {
+  SyntheticRun run = small();
+  const auto ids = [&](double young) {
+    sim::RunHeader header = run.header();
+    header.structures[0].young = young;
+    io::SummaryBuilder builder(header);
+    builder.add(run.row(run.impact, 2));
+    builder.add(run.contact_rows(run.impact, run.impact + 0.1));
+    std::string all;
+    const nlohmann::json j = nlohmann::json::parse(builder.text(nullptr));
+    for (const auto& f : j["formulas"]) all += f["id"].get<std::string>() + " ";
+    return all;
+  };
+  EXPECT_EQ(ids(30e6).find("en1992-punching"), std::string::npos) << ids(30e6);
+  EXPECT_NE(ids(30e6).find("hertz"), std::string::npos) << ids(30e6);
+  EXPECT_NE(ids(30e9).find("en1992-punching"), std::string::npos) << ids(30e9);
+}
+
 TEST(Recorder, BlocksAndStructuresOutsideOfTheFormulasRangeHaveNone) {
   SyntheticRun run = small();
   sim::RunHeader header = run.header();
@@ -450,7 +469,26 @@ TEST(Recorder, TheBlockThatWentFarthestIsThatOfTheLongestWay) {
   };
   EXPECT_EQ(told(0.1, 0.049, 0)[0].substr(0, 47), "B2 went farthest: 0 m in plan, 49 mm down, at u");
   EXPECT_EQ(told(0.1, 0, 0.2)[0].substr(0, 32), "B2 went farthest: 200 mm in plan");
+  EXPECT_EQ(told(0.1, -0.049, 0)[0].substr(0, 45), "B2 went farthest: 0 m in plan, 49 mm up, at u");
   EXPECT_EQ(told(1e-300, 0, 0)[1], "The run is too short to tell what rests.");
+}
+
+/// Round-off over the kinetic energy of round-off was told to be 1e14.
+TEST(Recorder, WhatTheSchemeTookIsMeasuredByMoreThanWhatStands) {
+  SyntheticRun run = small();
+  run.structure = false;
+  const auto relative = [&](double kinetic) {
+    io::SummaryBuilder builder(run.header());
+    sim::HistoryRow row = run.row(0, 2);
+    row.ledger.kinetic = kinetic;
+    row.ledger.algorithmic = 1e-9;
+    row.ledger.step_dependence = 0;
+    builder.add(row);
+    return nlohmann::json::parse(builder.text(nullptr))["energy"]["algorithmic_relative"].get<double>();
+  };
+  EXPECT_LT(relative(1e-23), 1e-3);
+  EXPECT_EQ(relative(0), 0);
+  EXPECT_NEAR(relative(1e6), 1e-15, 1e-21);
 }
 
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {

@@ -73,9 +73,10 @@ TEST(Summary, TheRemedyForEnergyThatTheSchemeTakesIsOneForWhatTheRunHas) {
     for (const char* part : not_there) EXPECT_EQ(text.find(part), std::string::npos) << part << " in " << text;
   };
   const char* const step = "simulation.step"; const char* const fraction = "structure.critical_step_fraction"; const char* const stiffness = "normal_stiffness";
-  says(warning(false, true, 0), {fraction}, {step, stiffness});
-  says(warning(true, false, 0), {step}, {fraction, stiffness});
-  says(warning(true, true, 10), {step, stiffness, fraction}, {});
+  const char* const exchanges = "coupling.exchanges_per_rise";
+  says(warning(false, true, 0), {fraction}, {step, stiffness, exchanges});
+  says(warning(true, false, 0), {step}, {fraction, stiffness, exchanges});
+  says(warning(true, true, 10), {step, stiffness, fraction, exchanges}, {});
 }
 
 /// A remedy names keys that the run has: where steps are fixed, accuracy does nothing; the scheme of 1988 knows none.

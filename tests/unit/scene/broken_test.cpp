@@ -172,6 +172,7 @@ const Broken list[] = {
     {"[[structure.probe]]\nname = \"top\"", "[[structure.probe]]", "structure.P2.probe.0.name", "is missing"},
     // coupling, output
     {"scheme = \"two-way\"", "scheme = \"twoway\"", "coupling.scheme", "did you mean \"two-way\"?"},
+    {"scheme = \"two-way\"", "scheme = \"rigid\"", "coupling.audit", "there is nothing to audit"},
     {"audit = \"strict\"", "audit = \"none\"", "coupling.audit", "must be one of strict, report"},
     {"interval = \"0.05 s\"", "interval = \"0.05 Hz\"", "output.interval", "this one is in 1/s"},
     {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\npoint = [0,0,0]\nvelocity = 0\n[output]", "impact.velocity", "a speed must be > 0"},
@@ -232,6 +233,50 @@ TEST(BrokenScenes, AllProblemsAtOnceInTheOrderOfTheFile) {
     // The column is that of the value, the line that of the file.
     EXPECT_EQ(error.problems()[0].line, 5);
     EXPECT_EQ(error.problems()[0].column, 12);
+  }
+}
+
+/// What follows from a wrong line alone is not told beside it.
+TEST(BrokenScenes, OneMistakeIsToldOnce) {
+  const Place place;
+  const Broken mistakes[] = {
+      {"density = \"2.5 t/m^3\"", "density = \"2.5 kg\"", "material.rock.density", "this one is in kg"},
+      {"f_cm = \"48 MPa\"", "f_cm = \"48 MN\"", "material.C40.f_cm", "this one is in N"},
+      {"f_cm = \"48 MPa\"", "young = \"30 GN\"\ndensity = 2450\n[[material]]\nname = \"C41\"\nf_cm = \"48 MPa\"", "material.C40.young", "this one is in N"},
+      {"f_cm = \"48 MPa\"", "young = \"30 GPa\"\ndensity = 2450 # kg\n[[material]]\nname = \"C41\"\nf_cm = \"48 MPa\"", "structure.P2.damage", "needs a concrete"},
+      {"between = [\"rock\", \"*\"]", "between = [\"slope\", \"rock\"]", "interface.slope/rock.between", "says something else"},
+      {"between = [\"rock\", \"*\"]\nfriction = 0.5", "between = [\"*\", \"*\"]\nfriction = 0.5", "interface.*/*.between", "says something else"},
+  };
+  for (const Broken& broken : mistakes) {
+    SCOPED_TRACE(broken.to);
+    std::string text = changed(full, broken.from, broken.to);
+    if (std::string(broken.key) == "material.C40.young") text = changed(changed(text, "damage = \"concrete\"", "damage = \"none\""), "rebar = \"bars.csv\"\n", "");
+    else if (std::string(broken.key) == "structure.P2.damage") text = changed(text, "rebar = \"bars.csv\"\n", "");
+    try {
+      read_scene_text(text, place.scene());
+      ADD_FAILURE() << "was accepted";
+    } catch (const InputError& error) {
+      std::string keys;
+      int errors = 0;
+      for (const Problem& p : error.problems())
+        if (p.severity == Problem::Severity::error) ++errors, keys += p.key + ": " + p.rule + "\n";
+      EXPECT_EQ(errors, 1) << keys;
+      EXPECT_NE(keys.find(broken.key), std::string::npos) << keys;
+      EXPECT_NE(keys.find(broken.message), std::string::npos) << keys;
+    }
+  }
+}
+
+TEST(BrokenScenes, AnEmptyListOfBlocksIsNone) {
+  const Place place;
+  const std::string ground = "[simulation]\nduration = 1\n[[material]]\nname = \"rock\"\ndensity = 2500\n[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"rock\"\n";
+  for (const char* list : {"", "block = []\n", "structure = []\n", "block = []\nstructure = []\n"}) {
+    try {
+      read_scene_text(list + std::string("schema = 1\n") + ground, place.scene());
+      ADD_FAILURE() << list << " was accepted";
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find("no block, no rock mass and no structure"), std::string::npos) << error.what();
+    }
   }
 }
 

@@ -70,6 +70,8 @@ TEST(Keys, ExplainTellsTypeUnitDefaultRangeSource) {
   EXPECT_NE(spacing.find("> 0 m"), std::string::npos) << spacing;
   const std::string accuracy = explain("simulation.accuracy");
   EXPECT_NE(accuracy.find("1e-3"), std::string::npos) << accuracy;
+  EXPECT_NE(explain("interface.normal_stiffness").find("\"hard\", N/m"), std::string::npos);
+  EXPECT_EQ(explain("interface.shear_stiffness").find("hard"), std::string::npos) << explain("interface.shear_stiffness");   // which is refused
   EXPECT_NE(explain("material.f_cm").find("Model Code 2010"), std::string::npos);
   EXPECT_NE(explain("block.B1.size").find("block.size"), std::string::npos);   // a user's own name in between
   EXPECT_NE(explain("[[block]]").find("Keys:"), std::string::npos);

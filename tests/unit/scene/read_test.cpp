@@ -385,8 +385,11 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
 
 TEST(ReadScene, PaperMethodAlwaysDeforms) {
   const Place place;
-  const std::string paper = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\"");
+  const std::string both_ways = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\""), paper = changed(both_ways, "scheme = \"two-way\"\n", "");
+  EXPECT_THROW(read_scene_text(both_ways, place.scene()), InputError);
   const Scene s = read_scene_text(paper, place.scene());
+  EXPECT_EQ(s.coupling.scheme, Coupling::Scheme::one_way);   // what is taken there, and what the resolved scene says
+  EXPECT_NE(s.resolved_json.find("\"scheme\": \"one-way\""), std::string::npos);
   EXPECT_TRUE(s.blocks[0].deformable);
   EXPECT_EQ(s.laws(0, 0).stiffness, ContactLaw::Stiffness::per_contact);
   EXPECT_EQ(s.laws(0, 0).normal_stiffness, 3e9 * 3.84);
