@@ -95,6 +95,7 @@ class IslandStepper {
   IslandReport run(double t, double duration);
   double next_length(const Trial& trial, double duration, double longest);
   double step_limit(double remaining, bool lumped) const;
+  double apart_for(const Body& body) const;
   double structure_step(double duration, double longest);
   void correct_structures(double t, double h);
   void reject();

@@ -118,6 +118,15 @@ double IslandStepper::lost_with_faces(const std::vector<ContactMemory>& memory, 
   return lost;
 }
 
+/// Energy of a block's shear springs that those of the step do not go on with; `rows`: these [J].
+double left_sheared(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) {
+  double left = 0;
+  for (const ContactMemory& m : memory) left += m.shear_energy;
+  if (left == 0) return 0;
+  for (const Touch* t : rows) left -= 0.5 * t->shear_stiffness * t->shear.squaredNorm();
+  return std::max(0.0, left);
+}
+
 /// The memory of every body and skin anew, from the rows of the step.
 void IslandStepper::remember_all(double h) {
   std::vector<const Touch*> craters;   // few have any, and a heap has a hundred thousand touches
@@ -141,11 +150,13 @@ void IslandStepper::remember_all(double h) {
     std::sort(memory.begin(), memory.end(), [](const ContactMemory& x, const ContactMemory& y) { return x.partner != y.partner ? x.partner < y.partner : x.feature < y.feature; });
   };
   // Springs whose contact is no longer found take their energy along: booked as the scheme's loss, but for what a structure's cells took with them.
-  std::vector<double> held(bodies_.size()), torn(bodies_.size());
+  // What their shear springs held slips away.
+  std::vector<double> held(bodies_.size()), torn(bodies_.size()), slipped(bodies_.size());
   each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - bodies_.data());
     std::vector<ContactMemory>& memory = history_[static_cast<std::size_t>(b.block)];
     if (shed_) torn[i] = lost_with_faces(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
+    if (!leapfrog()) slipped[i] = left_sheared(memory, std::span(rows).subspan(first[i], first[i + 1] - first[i]));
     held[i] = clear(memory);
     keep_craters(craters, b.block, memory);
     shrink_births(b.block);
@@ -153,8 +164,9 @@ void IslandStepper::remember_all(double h) {
     sort(memory);
   });
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
-    report_.ledger.algorithmic += held[i] - torn[i];
+    report_.ledger.algorithmic += held[i] - torn[i] - slipped[i];
     report_.ledger.damping_work += torn[i];
+    report_.ledger.friction_work += slipped[i];
   }
   for (const SurfacePair& pair : island_->surfaces) report_.ledger.algorithmic += clear(surface_history_[static_cast<std::size_t>(pair.b)]);
   for (const Touch& t : touches_)

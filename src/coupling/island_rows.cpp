@@ -253,14 +253,20 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   t.normal = n_mid;
   t.frame = contact_frame(n_mid);
   contact::ProblemContact c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  Vec3 u_ref = Vec3::Zero();   // J v_ref
+  Vec3 u_ref = Vec3::Zero(), u_before = Vec3::Zero();   // J v_ref, and by the velocities that work is told of at the start
   // Positions at the end by theta: about the point that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n).
   const bool from_start = leapfrog();
+  const bool stretches = t.shear_stiffness > 0 && t.mode == Mode::spring_mean && !with_structure;
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
     write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
-    u_ref += Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(j, 3, b.ndof) * b.v_ref.head(b.ndof);
+    const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
+    u_ref += rows * b.v_ref.head(b.ndof);
+    if (!stretches) return;
+    Vec12 before = b.v0;
+    before.segment<3>(3) = b.free.spin;
+    u_before += rows * before.head(b.ndof);
   };
   Vec3 a_end = a_end_body, u_skin = Vec3::Zero();
   if (body_a != nullptr) add_body(*body_a, p_mid_a, -1);
@@ -353,9 +359,12 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       break;
     case Mode::idle: break;
   }
-  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant))
-    // What an impulse of the start of the step meets is the way of the point that it acts at, however deep inside the other side's point lies.
-    shear_row(t, c, h, kick || (with_structure && condensed_ && t.mode == Mode::spring_end) ? Vec3(h * u_ref) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
+  if (t.shear_stiffness > 0 && c.friction + c.cohesion > 0 && (t.mode == Mode::spring_mean || t.mode == Mode::spring_end || t.mode == Mode::spring_secant)) {
+    // A shear spring is stretched by the way of the point that its force acts at, by the velocities that tell the force's work: a depth inside the other side, what turns moves another way.
+    const bool by_rates = kick || !with_structure || (condensed_ && t.mode == Mode::spring_end);
+    const Vec3 way = stretches ? Vec3(0.5 * (u_before + u_ref)) : u_ref;
+    shear_row(t, c, h, by_rates ? Vec3(h * way) : Vec3(t.frame.transpose() * ((b_end - t.at.point_b) - (a_end - t.at.point_a))), u_ref);
+  }
   t.slip_row = t.frame.rightCols<2>().transpose() * (turned * t.slip);
   if (t.swings) c.bias.tail<2>() += t.slip_row;
   c.impulse = first_pass ? Vec3(h * (t.frame.transpose() * t.warm)) : t.impulse;

@@ -137,14 +137,40 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   return condensed_ ? h : equal_part(remaining, h);
 }
 
+/// Time in which a rigid block can meet none of its partners: the balls around it and around blocks, by their speeds and all of gravity; 0 beside terrain and structures [s].
+double IslandStepper::apart_for(const Body& body) const {
+  const auto ball = [&](int block) { return 1.001 * model_.blocks[static_cast<std::size_t>(block)].shape->radius; };
+  const auto rigid = [&](int block) { return !model_.blocks[static_cast<std::size_t>(block)].deformable && model_.blocks[static_cast<std::size_t>(block)].fixed_points.empty(); };
+  if (!rigid(body.block)) return 0;
+  double time = std::numeric_limits<double>::infinity();
+  for (const CandidatePair& pair : island_->pairs) {
+    const bool is_b = pair.b == body.block, is_a = pair.a.kind == Partner::Kind::block && pair.a.index == body.block;
+    if (!is_a && !is_b) continue;
+    const auto k = static_cast<std::size_t>(pair.b), of_a = static_cast<std::size_t>(pair.a.index);
+    double gap = 0, closing = 0;
+    if (pair.a.kind == Partner::Kind::plane) {
+      const Plane& plane = env_.planes[of_a];
+      gap = plane.normal.dot(state_.c[k] - plane.point) - ball(pair.b);
+      closing = -plane.normal.dot(state_.v[k]);
+    } else if (pair.a.kind == Partner::Kind::block && rigid(pair.a.index) && rigid(pair.b)) {
+      gap = (state_.c[k] - state_.c[of_a]).norm() - ball(pair.b) - ball(pair.a.index);
+      closing = (state_.v[k] - state_.v[of_a]).norm();
+    }
+    if (!(gap > 0)) return 0;
+    const double g = model_.gravity.norm(), root = std::sqrt(closing * closing + 2 * g * gap);   // closing t + g t^2 / 2 = gap
+    if (root + closing > 0) time = std::min(time, 2 * gap / (root + closing));
+  }
+  return time;
+}
+
 double IslandStepper::step_limit(double remaining, bool lumped) const {
   if (settings_.fixed_step > 0) return settings_.fixed_step;
   if (!lumped) {
     double h = has_closed() && suggested_ > 0 ? suggested_ : remaining;
-    // In flight the onset search follows chords: half a radian at most.
+    // In flight the onset search follows chords: half a radian at most, of what may meet anything within the step however it turns.
     for (const Body& b : bodies_) {
       const double spin = state_.w[static_cast<std::size_t>(b.block)].norm();
-      if (spin * h > 0.5 && !island_->pairs.empty()) h = 0.5 / spin;
+      if (spin * h > 0.5 && !island_->pairs.empty()) h = std::min(h, std::max(0.5 / spin, apart_for(b)));
     }
     return h;
   }

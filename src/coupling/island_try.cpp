@@ -193,7 +193,7 @@ bool IslandStepper::cut_at_stop(Trial& trial) {
   const double left = slip(touch, now.c + now.F * (b.start.F.inverse() * (touch.at.point_b - b.start.c))).dot(from) / from.squaredNorm();
   if (!(left > 0.05 && left < 1)) return false;
   restore();
-  trial.h /= 1 - left;
+  trial.h = std::min(trial.h / (1 - left), 2 * trial.h);   // it has stopped in twice the step
   return true;
 }
 

@@ -41,6 +41,11 @@ const std::string edge_first = level +
                                "[[block]]\nname = \"hit\"\nmaterial = \"rock\"\nshape = \"icosahedron\"\nmass = 4000.0\nposition = [0.0, -5.06, 1.577]\n"
                                "velocity = [0.0, -3.064, -9.232]\nspin = [-3.033, 0.0, 2.309]\norientation = { quaternion = [-0.4561059818521242, -0.8899254650355332, 0.0, 0.0] }\n";
 
+// Lands flat on another's corner: that corner and its edges press on the falling one's face, which turns over them a depth inside (decision 0162).
+const std::string overhang = "[[block]]\nname = \"below\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [2.0, 2.0, 2.0]\nposition = [0.0, 0.0, 1.0]\nfixed = true\n" + level +
+                             "[[block]]\nname = \"hit\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.6, 0.6, 0.6]\nposition = [1.05, 1.05, 2.4]\nvelocity = [0.0, 0.0, -7.0]\n"
+                             "orientation = { rotation_vector = [0.0, 0.0, 0.5] }\n";
+
 std::ostream& operator<<(std::ostream& out, const Swap& swap) { return out << swap.name; }
 
 class SpringSwaps : public testing::TestWithParam<Swap> {};
@@ -71,7 +76,9 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SpringSwaps,
                          testing::Values(Swap{"RidgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, ridge, 1e-3}, Swap{"RidgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, ridge, 1e-2},
                                          Swap{"RidgePerAreaRough", "normal_stiffness = \"1e8 Pa/m\"", 0.5, ridge, 0.2}, Swap{"TableEdgePerPoint", "normal_stiffness = \"1e7 N/m\"", 0, table, 5e-3},
                                          Swap{"TableEdgePerArea", "normal_stiffness = \"1e8 Pa/m\"", 0, table, 0.2}, Swap{"RollingPerArea", "normal_stiffness = \"1e8 Pa/m\"", 1, roller, 1e-3},
-                                         Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05}, Swap{"EdgeFirst", "", 0.6, edge_first, 0.05}),
+                                         Swap{"RollingPerPoint", "normal_stiffness = \"1e7 N/m\"", 1, roller, 0.05}, Swap{"EdgeFirst", "", 0.6, edge_first, 0.05},
+                                         Swap{"OverhangPerArea", "normal_stiffness = \"2e8 Pa/m\"", 5, overhang, 2e-3}, Swap{"OverhangStiffShear", "normal_stiffness = \"2e8 Pa/m\"\nshear_stiffness = \"2e9 Pa/m\"", 0.6, overhang, 2e-3},
+                                         Swap{"OverhangPerPoint", "normal_stiffness = \"5e7 N/m\"", 0.6, overhang, 2e-3}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 // A cube that tumbles over its edges on springs that steps do not resolve: what these leave between the springs and their geometry is led out. At a thousandth of the

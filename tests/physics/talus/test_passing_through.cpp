@@ -97,5 +97,17 @@ TEST(TurningBlocks, MeetWhatOnlyTheirTurningReaches) {
   }
 }
 
+/// A chip that spins by 5000 rad/s and falls from 0.2 m: only where its ball may touch the ground is it followed by half radians (2091 steps all the way), and there it is met as ever.
+TEST(PassingThrough, WhatSpinsOutOfReachTakesLongSteps) {
+  SceneText s(Method::by_accuracy(1e-3), 0.3);
+  s.history(0.01).material("rock", 2500).interface("*", "*", 0.3, "normal_stiffness = \"hard\"\nrestitution = 0.5").plane(Vec3::UnitZ(), Vec3::Zero(), "rock");
+  s.box("chip", Vec3(0.02, 0.01, 0.005), Vec3(0, 0, 0.2), spin(Vec3(5000, 0, 0)));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_LT(o.result.counters.steps, 200);
+  EXPECT_EQ(o.result.counters.impacts, 1);
+  EXPECT_NEAR(o.last().position[0].z(), 0.85185681, 1e-6);   // thrown up by its edge, as in steps of half a radian
+}
+
 }  // namespace
 }  // namespace talus::verify
