@@ -175,7 +175,7 @@ double IslandStepper::project(double h) {
 /// What hardly moves in a large heap is solved less closely than its motion: it sinks by what is left unsolved and is lifted again, which would drive it for
 /// ever. What the projection lifted is taken from the motion of all, as long as it is creep.
 void IslandStepper::brake_creep() {
-  constexpr double creep = 1e-2;          // of the island's speed
+  constexpr double creep = 2e-3;          // of the island's speed
   constexpr double creeps_still = 1e-5;   // the same; what stands is solved as closely as a certificate asks
   if (!(lifted_ > 0)) return;
   double fastest = 0, energy = 0;
