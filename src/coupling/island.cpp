@@ -65,10 +65,14 @@ bool IslandStepper::makes_energy(const Body& b) const {
 
 void IslandStepper::begin_step(double h, bool frozen_strain) {
   fastest_ = 0;
+  double squares = 0;
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
-    fastest_ = std::max(fastest_, state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm());
+    const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+    fastest_ = std::max(fastest_, speed);
+    squares += speed * speed;
   }
+  mean_speed_ = std::sqrt(squares / std::max<double>(1, static_cast<double>(bodies_.size())));
   each_body([&](Body& b) {
     const auto k = static_cast<std::size_t>(b.block);
     b.start = dda::pose(state_, b.block);

@@ -116,7 +116,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
   StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap() && !bonded, .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
-                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_,
+                   .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_, .mean = mean_speed_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
   for (const contact::ProblemContact& c : problem_.contacts) step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);

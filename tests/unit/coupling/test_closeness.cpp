@@ -150,7 +150,10 @@ TEST(Closeness, OfALargeHeapThatCreepsNearlyAThirdIsTakenWhereTheSearchStalls) {
     const contact::SolveSettings settings = how_closely(step);
     EXPECT_GE(settings.stalled, std::max(0.02, last)) << fastest;
     EXPECT_LE(settings.stalled * std::max(fastest, 1e-4 * step.speed), std::max(0.3 * fastest, 3.001e-4 * step.speed)) << fastest;   // less than what moves, so that creep dies out, or next to nothing
-    EXPECT_EQ(settings.steps_first, fastest < 0.05 * step.speed) << fastest;
+    EXPECT_EQ(settings.steps_first, fastest < 0.5 * step.speed) << fastest;   // all but a few at rest
+    step.mean = fastest;   // all as one
+    EXPECT_EQ(how_closely(step).steps_first, fastest < 0.05 * step.speed) << fastest;
+    step.mean = 0;
     last = settings.stalled;
   }
   step.still = true;   // a certificate of rest is none where the search stalls
