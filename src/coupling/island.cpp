@@ -23,7 +23,7 @@ void IslandStepper::begin(const Island& island) {
   island_ = &island;
   report_ = IslandReport{};
   impacts_ = unsolved_ = 0;
-  crowded_ = released_ = condensed_ = false;   // or the search would depend on the island before
+  crowded_ = released_ = condensed_ = sprung_ = false;   // or the search would depend on the island before
   work_ = 0;
   found_for_ = -1;
   followed_ = -1;
@@ -63,12 +63,17 @@ bool IslandStepper::makes_energy(const Body& b) const {
   return dda::internal_energy(block, b.free) - b.internal0 > gain_allowed * settings_.accuracy * (kinetic + b.internal0) + round_off;
 }
 
+/// No point of a rigid block is faster [m/s].
+double IslandStepper::speed_of(int block) const {
+  const auto k = static_cast<std::size_t>(block);
+  return state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+}
+
 void IslandStepper::begin_step(double h, bool frozen_strain) {
   fastest_ = 0;
   double squares = 0;
   for (const Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
+    const double speed = speed_of(b.block);
     fastest_ = std::max(fastest_, speed);
     squares += speed * speed;
   }

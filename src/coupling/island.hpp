@@ -236,6 +236,7 @@ class IslandStepper {
   double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
   void brake_creep();
+  double speed_of(int block) const;
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
   void book(double h);

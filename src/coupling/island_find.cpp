@@ -39,9 +39,7 @@ bool far_apart(const dda::Model& model, const dda::State& state, const Candidate
 double IslandStepper::reach(int block, double h) const {
   const int l = local_[static_cast<std::size_t>(block)];
   if (l < 0) return 0;
-  const auto k = static_cast<std::size_t>(block);
-  const double speed = state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm();
-  return h * speed + h * h * model_.gravity.norm();
+  return h * speed_of(block) + h * h * model_.gravity.norm();
 }
 
 /// Blocks of a heap move along with each other: as far as the two can approach on their present motions, and what rows are made for ahead. What

@@ -184,8 +184,7 @@ void IslandStepper::brake_creep() {
     return e.translational + e.rotational + e.straining;
   };
   for (const Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    fastest = std::max(fastest, state_.v[k].norm() + model_.blocks[k].shape->radius * state_.w[k].norm());
+    fastest = std::max(fastest, speed_of(b.block));
     energy += kinetic_of(b);
   }
   if (fastest > creep * speed_ || fastest < creeps_still * speed_) return;
