@@ -20,6 +20,7 @@ struct ContactLaw {
   std::optional<double> restitution;             // normal, Newton's, given by the user
   std::optional<double> restitution_tangential;
   double rolling_resistance = 0;  // lever arm over the equivalent radius [1]
+  double drilling_resistance = 0; // moment about the normal over normal force and equivalent radius [1]
   double damping_ratio = 0;       // of the contact spring [1]
   enum class Kind { linear, hertz, crushing, table };
   Kind kind = Kind::linear;

@@ -19,6 +19,12 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   const double part = s.large && !s.small && s.h > 0 ? 2 : 1;   // of that: in large heaps a path spends as much again on the last half
   const double coarse = std::clamp(s.accuracy / 1e-3, 1.0, 100.0);   // round-off is asked for at the finer accuracies alone
   settings.tolerance = s.small ? (s.sub_step ? 1e-9 : 1e-12) * coarse : s.still ? 1e-9 : part * std::max(std::min(allowed, (blocks_in_sub_step ? 0.1 : 1.0) * s.accuracy), std::clamp(0.1 * s.accuracy, 1e-8, 1e-4));
+  if (s.located > 0 && !s.small && !s.still && s.h > 0) {
+    settings.velocity_scale = s.speed;
+    settings.tolerance = s.located / s.speed;
+    settings.sufficient = 10 * settings.tolerance;
+    return settings;
+  }
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other there: so much less is left by each.
   if (s.sprung && !s.small && s.h > 0) settings.tolerance *= std::sqrt(std::clamp(s.h / ordinary, 1e-3, 1.0));
   // Touches that lie close together can keep round-off above the tolerance. Rows linearised about a rough end contradict each other by

@@ -16,6 +16,7 @@ struct StepToSolve {
   double h = 0;              // [s]; 0: an impulse of no duration
   bool small = false;        // few contacts, or events are located: solved to round-off
   bool still = false;        // nothing moves at its start
+  double located = 0;        // what its solution may leave where events are located, and the step's error is known; 0: they are not [m/s]
   bool provisional = false;  // its rows are made again about its solution
   bool heap = false;         // many blocks, no structure
   bool large = false;        // of so many blocks that a path from where they nearly rest ends nowhere nearer

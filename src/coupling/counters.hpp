@@ -11,6 +11,9 @@ struct Counters {
   long tier_a = 0, tier_b = 0, tier_c = 0, tier_d = 0, tier_e = 0;
   long flights = 0, structure_steps = 0, condensed_steps = 0;   // steps of structures while blocks are at them: explicit, condensed
   double worst_residual = 0, worst_penetration = 0, last_step = 0;
+  // Per step of the ledger, none of it hidden in another column [J]: energy that the scheme made, in all and in the worst step, and dissipation that was undone.
+  double gained = 0, worst_gain = 0, undone = 0;
+  long reduced = 0;   // impacts whose restitution was lowered to the largest that makes no energy
   Counters& operator+=(const Counters& o) {
     steps += o.steps; rejected += o.rejected; contacts += o.contacts; newton += o.newton; sweeps += o.sweeps;
     outer += o.outer; impacts += o.impacts; projections += o.projections;
@@ -19,6 +22,8 @@ struct Counters {
     worst_residual = std::max(worst_residual, o.worst_residual);
     worst_penetration = std::max(worst_penetration, o.worst_penetration);
     last_step = o.last_step;
+    gained += o.gained; undone += o.undone; reduced += o.reduced;
+    worst_gain = std::max(worst_gain, o.worst_gain);
     return *this;
   }
 };

@@ -25,6 +25,7 @@ void IslandStepper::begin(const Island& island) {
   impacts_ = unsolved_ = 0;
   crowded_ = released_ = condensed_ = sprung_ = false;   // or the search would depend on the island before
   work_ = 0;
+  allowed_.reset();
   found_for_ = -1;
   followed_ = -1;
   skin_path_ = skin_travel_ = step_length_ = 0;

@@ -15,6 +15,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -40,7 +41,6 @@ struct StepSettings {
   double fixed_step = 0;        // [s]; 0: by accuracy
   double accuracy = 1e-3;       // relative to block size
   double min_step = 1e-9;       // [s]
-  int event_blocks = 12;        // islands up to this size are event driven
   int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
   int threads = 1;              // that one island may use; the result does not depend on it
 };
@@ -59,7 +59,7 @@ struct IslandReport {
 
 class IslandStepper {
  public:
-  static constexpr std::size_t many_contacts = 60;        // of a problem, beyond which it is solved to what the accuracy asks
+  static constexpr std::size_t many_contacts = 150;       // of a problem, beyond which it is solved to what the accuracy asks
   static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
@@ -100,6 +100,8 @@ class IslandStepper {
   void correct_structures(double t, double h);
   void reject();
   IslandReport fail_at_smallest_step();
+  IslandReport fail_at_drift();
+  void look_for_gains();
   void rest_check(double h);
   void measure_way();
   // island_try.cpp
@@ -141,7 +143,7 @@ class IslandStepper {
   double approach_reach(const CandidatePair& pair, double h) const;
   bool in_large_heap() const { return in_heap() && island_->blocks.size() >= 96; }   // whose positions are known to 1e-8 of a block: of so many contacts one always lies a little beyond a closer tolerance
   bool in_vast_heap() const { return in_heap() && island_->blocks.size() >= 256; }    // a path that starts where it nearly rests ends nowhere nearer; walls and towers of fewer come to rest by it
-  bool in_heap() const { return island_->structures.empty() && (crowded_ || static_cast<int>(island_->blocks.size()) > settings_.event_blocks); }
+  bool in_heap() const { return island_->structures.empty() && crowded_; }
   double row_reach() const { return 5e-3 * length_; }   // touches that cannot close within a step of a heap are rows all the same so near [m]
   double unseen() const { return std::min(row_reach(), 5 * settings_.accuracy * length_); }   // overlap by features that were no rows, left to the projection [m]
   bool moving_skin(const Partner& a) const;
@@ -158,7 +160,7 @@ class IslandStepper {
   static constexpr int most_unsolved = 2;
   /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
-  bool event_driven() const { return !crowded_ && static_cast<int>(island_->blocks.size()) <= settings_.event_blocks && island_->structures.empty(); }
+  bool event_driven() const { return !crowded_ && island_->structures.empty(); }
   bool too_much_happens(double duration) const;
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
   double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
@@ -170,7 +172,7 @@ class IslandStepper {
   enum class Impact { unsolved, gains, done };            // gains: energy from restitution
   Restitution impact_rows(const Restitution& part);
   Impact strike(const Restitution& part, bool frozen_strain);
-  Impact most_along(bool frozen_strain);
+  Impact most_of(const Restitution& none, const Restitution& all, bool frozen_strain);
   double kinetic(Vec12 Body::*velocity) const;
   void note_impacts_on_skin(double time);
   bool impact_stage(double time);
@@ -235,7 +237,19 @@ class IslandStepper {
   Vec3 shear_way(const Touch& touch, double h) const;
   double shear_energy_at_end(const Touch& touch, double h) const;
   double project(double h);
-  void brake_creep();
+  // island_ahead.cpp
+  double step_error(int block) const;
+  double fall_time(int block) const;
+  bool looks_ahead() const;
+  std::optional<std::vector<Vec6>> allowed_accelerations();
+  double error_by_ends(double h, std::span<const Vec6> at_start, std::span<const Vec6> at_end) const;
+  double rolling_arm(const Touch& touch) const;
+  // island_drift.cpp
+  double sum_of_overlaps() const;
+  void keep_for_drift();
+  void take_back();
+  double motion(const Body& body, const Pose& from, const Pose& to) const;
+  bool drift_beyond_motion(double h) const;
   double speed_of(int block) const;
   std::map<std::pair<std::uint64_t, int>, double> deepest_by_motion() const;
   std::vector<Vec3> moments_of_way();
@@ -344,6 +358,13 @@ class IslandStepper {
   std::vector<StructureContact> impacts_on_skin_;   // impulses of no duration that are not told yet; `force` is the impulse [N s], `time` when it was
   double stretch_start_ = 0, stretch_ = 0;   // the stretch at hand, its length [s]
   std::vector<Saved> saved_;
+  std::optional<std::vector<Vec6>> allowed_;   // accelerations that the contacts allow at the start of the step, if known
+  struct BeforeDrift {                    // all that taking a step changes, until the correction of its drift is known to be one
+    IslandReport report;
+    std::vector<std::vector<ContactMemory>> memory;   // per body
+    std::vector<Pose> poses;              // per body, at the end of the step before the correction
+    double overlaps = 0;                  // sum_of_overlaps() at the start of the step [m]
+  } before_drift_;
   struct TermOfBody { int contact, term; };
   std::vector<std::size_t> first_term_of_;   // into terms_of_, per body and one more
   std::vector<TermOfBody> terms_of_;      // of the bodies, ascending contacts of each

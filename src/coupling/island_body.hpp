@@ -111,24 +111,29 @@ inline bool stand(const dda::Model& model, const dda::State& state, std::span<co
   });
 }
 
-/// Rolling resistance: after the rows of all touches, one contact per touch that has it, in the touches' order. Its tangential rows are
-/// the rolling velocities R (w_b - w_a) . t, its impulse p_t = couple / R, at most mu_r p_n of the touch.
-inline bool resists_rolling(const Touch& t) { return t.row >= 0 && t.rolls; }
+/// Rolling and drilling resistance: after the rows of all touches, a contact for each of the two that a touch has, in the touches' order. The
+/// tangential rows are R (w_b - w_a) . t, of drilling R (w_b - w_a) . n; the impulse is couple / R, at most mu_r p_n (mu_d p_n) of the touch.
+inline std::size_t couples(const Touch& t) {
+  return t.row >= 0 && t.rolls ? std::size_t{t.law->rolling_resistance > 0} + std::size_t{t.law->drilling_resistance > 0} : 0;
+}
 
-/// Calls use(touch, contact) for the rolling rows of a problem, none if it was assembled without.
+/// Calls use(touch, resistance, contact) for these contacts of a problem, none if it was assembled without.
 template <class Use>
 void each_rolling(std::span<Touch> touches, contact::ContactProblem& problem, Use&& use) {
   std::size_t next = 0;
   for (const Touch& t : touches) next += t.row >= 0 ? 1 : 0;
-  for (Touch& t : touches)
-    if (resists_rolling(t) && next < problem.contacts.size()) use(t, problem.contacts[next++]);
+  for (Touch& t : touches) {
+    if (couples(t) == 0) continue;
+    for (const double resistance : {t.law->rolling_resistance, t.law->drilling_resistance})
+      if (resistance > 0 && next < problem.contacts.size()) use(t, resistance, problem.contacts[next++]);
+  }
 }
 
 /// Calls use(contact) for the rows of fixed points, which follow all others; none if the problem was assembled without.
 template <class Use>
 void each_held(std::span<const Touch> touches, contact::ContactProblem& problem, Use&& use) {
   std::size_t first = 0;
-  for (const Touch& t : touches) first += (t.row >= 0 ? 1u : 0u) + (resists_rolling(t) ? 1u : 0u);
+  for (const Touch& t : touches) first += (t.row >= 0 ? 1u : 0u) + couples(t);
   for (std::size_t i = first; i < problem.contacts.size(); ++i) use(problem.contacts[i]);
 }
 

@@ -240,7 +240,7 @@ void IslandStepper::book(double h) {
   books.each(touches_, touches_at_once, [](Booking& of, const Touch& t) {
     if (t.row >= 0) of.row(t);
   });
-  each_rolling(touches_, problem_, [&](const Touch&, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
+  each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
   each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c); });
   books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
     if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);

@@ -111,21 +111,22 @@ IslandStepper::Impact IslandStepper::strike(const Restitution& part, bool frozen
   return gives && kinetic(&Body::v_solved) > kinetic(&Body::v0) * (1 + impact_round_off) ? Impact::gains : Impact::done;
 }
 
-/// The impulse with the most of the restitution along the faces that makes no energy, of which all does and none does not.
-IslandStepper::Impact IslandStepper::most_along(bool frozen_strain) {
+/// The impulse with the largest part of the restitution between `none`, which makes no energy, and `all`, which does, that makes none.
+IslandStepper::Impact IslandStepper::most_of(const Restitution& none, const Restitution& all, bool frozen_strain) {
   constexpr int halvings = 12;
   double least = 0, most = 1;
+  const auto part = [&](double k) { return Restitution{none.normal + k * (all.normal - none.normal), none.along + k * (all.along - none.along)}; };
   Impact impact = Impact::done;
-  for (int k = 0; k < halvings; ++k) {
+  for (int i = 0; i < halvings; ++i) {
     const double middle = 0.5 * (least + most);
     restore();
-    impact = strike({1, middle}, frozen_strain);
+    impact = strike(part(middle), frozen_strain);
     if (impact == Impact::unsolved) return impact;
     (impact == Impact::gains ? most : least) = middle;
   }
   if (impact == Impact::done) return impact;
   restore();
-  return strike({1, least}, frozen_strain);
+  return strike(part(least), frozen_strain);
 }
 
 /// An impulse of no duration at this time on all closed touches, if any of them approaches. False: it has no solution, all is as it was.
@@ -151,12 +152,14 @@ bool IslandStepper::impact_stage(double time) {
   if (impact == Impact::gains && along) {
     restore();
     impact = strike({1, 0}, given);
-    if (impact == Impact::done) impact = most_along(given);
+    if (impact == Impact::done) impact = most_of({1, 0}, {1, 1}, given);
+    ++report_.counters.reduced;
   }
-  for (double normal : {0.5, 0.0}) {
-    if (impact != Impact::gains) break;
+  if (impact == Impact::gains) {
     restore();
-    impact = strike({normal, 0}, given);
+    impact = strike({0, 0}, given);
+    if (impact == Impact::done) impact = most_of({0, 0}, {1, 0}, given);
+    ++report_.counters.reduced;
   }
   if (impact == Impact::unsolved) return false;
   // Strain rates are not part of a rigid impulse, nor what they have of the spin.

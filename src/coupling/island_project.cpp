@@ -172,31 +172,4 @@ double IslandStepper::project(double h) {
   return deepest;
 }
 
-/// What hardly moves in a large heap is solved less closely than its motion: it sinks by what is left unsolved and is lifted again, which would drive it for
-/// ever. What the projection lifted is taken from the motion of all, as long as it is creep.
-void IslandStepper::brake_creep() {
-  constexpr double creep = 2e-3;          // of the island's speed
-  constexpr double creeps_still = 1e-5;   // the same; what stands is solved as closely as a certificate asks
-  if (!(lifted_ > 0)) return;
-  double fastest = 0, energy = 0;
-  const auto kinetic_of = [&](const Body& b) {
-    const dda::BlockEnergy e = dda::energy(model_, state_, b.block);
-    return e.translational + e.rotational + e.straining;
-  };
-  for (const Body& b : bodies_) {
-    fastest = std::max(fastest, speed_of(b.block));
-    energy += kinetic_of(b);
-  }
-  if (fastest > creep * speed_ || fastest < creeps_still * speed_) return;
-  const double part = std::max(std::sqrt(std::max(0.0, 1 - lifted_ / energy)), creeps_still * speed_ / fastest);
-  for (const Body& b : bodies_) {
-    const auto k = static_cast<std::size_t>(b.block);
-    state_.v[k] *= part;
-    state_.w[k] *= part;
-    state_.eps_rate[k] *= part;
-    energy -= kinetic_of(b);
-  }
-  report_.ledger.algorithmic += energy;
-}
-
 }  // namespace talus::coupling

@@ -1,57 +1,70 @@
-// Rolling resistance: a couple about the tangents of a contact, at most mu_r R times its normal force.
+// Rolling and drilling resistance: couples about the tangents and about the normal of a contact.
 //
-//   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity w_b - w_a,   R = equivalent radius; of two blocks R_a R_b / (R_a + R_b)
+//   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity (w_b - w_a)_t     R = equivalent radius; of two blocks R_a R_b / (R_a + R_b)
+//   |m_n| <= mu_d R p_n,   m_n opposite to the drilling velocity (w_b - w_a)_n
 //
-// It acts as long as the normal force does: in an impact that has no duration as an impulse, bounded by the impact's own normal impulse.
+// They act as long as the normal force does: in an impact that has no duration as an impulse, bounded by the impact's own normal impulse.
 // A faceted body that rolls hops from edge to edge, and meets the ground in impacts alone.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
 namespace {
 
-/// Rows 1 and 2: arm * t . w; row 0 is empty.
-void push_rolling(std::vector<double>& pool, const Mat3& frame, int ndof, double arm) {
+/// arm * axis . w in the rows from `first` on, one for each axis; the others are empty.
+void push_couple(std::vector<double>& pool, std::span<const Vec3> axes, int ndof, double arm) {
   for (int c = 0; c < ndof; ++c)
-    for (int r = 0; r < 3; ++r) pool.push_back(r > 0 && c >= 3 && c < 6 ? arm * frame(c - 3, r) : 0.0);
+    for (std::size_t r = 0; r < 3; ++r) pool.push_back(r > 0 && r <= axes.size() && c >= 3 && c < 6 ? arm * axes[r - 1][c - 3] : 0.0);
 }
 
 double equivalent_radius(double volume) { return std::cbrt(0.75 * volume / M_PI); }
 
 }  // namespace
 
-/// One contact per touch that resists rolling, after the rows of all touches; bounded by nothing yet.
+/// R: of a block at what is fixed its equivalent radius, of two blocks half of their harmonic mean [m].
+double IslandStepper::rolling_arm(const Touch& t) const {
+  const double arm = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.b)].volume);
+  if (t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) return arm;
+  const double other = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.a.index)].volume);
+  return arm * other / (arm + other);
+}
+
+/// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by nothing yet.
 void IslandStepper::add_rolling_rows() {
   for (const Touch& t : touches_) {
-    if (!resists_rolling(t)) continue;
+    if (couples(t) == 0) continue;
     const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, b = local_[static_cast<std::size_t>(t.b)];
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
-    double arm = equivalent_radius(block.volume);
-    if (a >= 0) {
-      const double other = equivalent_radius(model_.blocks[static_cast<std::size_t>(t.a.index)].volume);
-      arm *= other / (arm + other);
-    }
-    contact::ProblemContact c;
-    c.first_term = static_cast<int>(problem_.terms.size());
-    for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
-      if (body < 0) continue;
-      problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
-      push_rolling(problem_.jacobians, t.frame, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
-    }
-    c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-    c.bias[0] = 1;   // its normal row never closes
-    c.compliance[0] = 1 / block.mass;
-    problem_.contacts.push_back(c);
+    const double arm = rolling_arm(t);
+    const auto add = [&](std::span<const Vec3> axes) {
+      contact::ProblemContact c;
+      c.first_term = static_cast<int>(problem_.terms.size());
+      for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
+        if (body < 0) continue;
+        problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
+        push_couple(problem_.jacobians, axes, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
+      }
+      c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+      c.bias[0] = 1;   // its normal row never closes
+      c.compliance[0] = 1 / block.mass;
+      problem_.contacts.push_back(c);
+    };
+    const std::array<Vec3, 2> tangents{t.frame.col(1), t.frame.col(2)};
+    const std::array<Vec3, 1> normal{t.frame.col(0)};
+    if (t.law->rolling_resistance > 0) add(tangents);
+    if (t.law->drilling_resistance > 0) add(normal);
   }
 }
 
 /// Bounds the rolling rows by the normal impulses [N s] that `pressed` tells; by how much that changed them, over what they are.
 double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& pressed) {
   double change = 0, all = 0;
-  each_rolling(touches_, problem_, [&](const Touch& t, contact::ProblemContact& c) {
-    const double bound = t.law->rolling_resistance * std::max(0.0, pressed(t));
+  each_rolling(touches_, problem_, [&](const Touch& t, double resistance, contact::ProblemContact& c) {
+    const double bound = resistance * std::max(0.0, pressed(t));
     change += std::abs(bound - c.cohesion);
     all += bound;
     c.cohesion = bound;

@@ -48,16 +48,18 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
+    if (event_driven() && done == 0) find(equal_part(duration, step_limit(duration, false)));
     if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) {
       crowded_ = true;
       suggested_ = 0;
       found_for_ = -1;
     }
-    trial.lumped = !event_driven() || impacts_ > 200 || grazes > most_grazes || jammed();
+    trial.lumped = !event_driven() || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
       trial.usual = std::exchange(trial.h, trial.remaining);
     find(trial.h);
+    const int impacts_before = impacts_;
     release_springs(trial.h);
     if (with_structure && !condensed_) blow(trial.start, trial.h);
     if (!trial.lumped && !impact_stage(trial.start)) {   // what no impulse of no duration solves is jammed
@@ -65,10 +67,12 @@ IslandReport IslandStepper::run(double t, double duration) {
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
+    if (impacts_ != impacts_before) allowed_.reset();
     grazes += impacts_when_cut == impacts_;
     weigh_springs();
     if (settings_.fixed_step <= 0 && !condensed_) trial.h = std::min(trial.h, spring_limit(trial.h, trial.lumped));
     const bool long_step = trial.usual > 0;
+    before_drift_.overlaps = sum_of_overlaps();
     if (!take(trial)) return report_;
     restless = restless || (long_step && trial.usual == 0);
     if (!small && !with_structure) suggested_ = trial.usual > 0 ? trial.h : 0;   // as far is searched next time
@@ -81,6 +85,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       continue;
     }
     if (report_.stopped) return report_;   // no onset was sought
+    if (taken != trial.h) allowed_.reset();
     longest = std::numeric_limits<double>::infinity();
     impacts_when_cut = taken < 0.02 * trial.h ? impacts_ : -1;
     if (condensed_ && !correct_skins(trial.start, taken)) {
@@ -88,23 +93,31 @@ IslandReport IslandStepper::run(double t, double duration) {
       condensed_ = false;   // for the rest of the stretch
       continue;
     }
+    keep_for_drift();
     correct_structures(trial.start, taken);
     commit(t + done + taken, taken);
-    done += taken;
-    last_length_ = leapfrog() ? taken : 0;
     ++report_.counters.steps;
     report_.counters.last_step = taken;
     if (!problem_.contacts.empty() || trial.closed) {
       rest_check(taken);
       // At structures as far as the next step reaches, which then need not search again.
       const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
+      if (drift_beyond_motion(taken)) {
+        take_back();
+        allowed_.reset();
+        longest = 0.5 * taken;
+        if (with_structure || longest < settings_.min_step) return fail_at_drift();
+        continue;
+      }
       report_.counters.worst_penetration = std::max(report_.counters.worst_penetration, penetration);
-      if (trial.lumped && in_vast_heap()) brake_creep();
+      look_for_gains();
     } else {
       ++report_.counters.flights;
       report_.at_rest = false;
     }
     measure_way();
+    done += taken;
+    last_length_ = leapfrog() ? taken : 0;
   }
   report_.next_step = suggested_;
   return report_;
@@ -112,7 +125,19 @@ IslandReport IslandStepper::run(double t, double duration) {
 
 /// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
 bool IslandStepper::too_much_happens(double duration) const {
-  return settings_.fixed_step <= 0 && work_ > most_work * std::ceil(duration / step_limit(duration, true));
+  if (settings_.fixed_step > 0) return false;
+  // What it costs to locate every contact that will close, at the closed contacts that each of them shakes.
+  constexpr double factorisations = 15;
+  const double fall = duration * duration * model_.gravity.norm();
+  double closed = 0, closing = 0;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {
+    const Touch& t = touches_[i];
+    if (t.at.gap <= near_gap()) ++closed;
+    const bool first = i == 0 || !(touches_[i - 1].a == t.a && touches_[i - 1].b == t.b);
+    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall;
+  }
+  const double ahead = factorisations * closed * closing;
+  return work_ + ahead > most_work * std::ceil(duration / step_limit(duration, true));
 }
 
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.
@@ -235,6 +260,23 @@ void IslandStepper::reject() {
 
 IslandReport IslandStepper::fail_at_smallest_step() {
   report_.failure = fmt::format("the contact problem could not be solved at the smallest step (residual {:.2g} of the speeds there, {} contacts: {})", residual_, problem_.contacts.size(), name_contacts(model_, touches_));
+  return report_;
+}
+
+/// Energy that the step just taken made, and dissipation that it undid, its correction of positions included.
+void IslandStepper::look_for_gains() {
+  const Ledger &before = before_drift_.report.ledger, &after = report_.ledger;
+  Counters& n = report_.counters;
+  const double made = before.algorithmic - after.algorithmic;
+  if (made > 0) {
+    n.gained += made;
+    n.worst_gain = std::max(n.worst_gain, made);
+  }
+  for (const double undone : {before.friction_work - after.friction_work, before.damping_work - after.damping_work}) n.undone += std::max(0.0, undone);
+}
+
+IslandReport IslandStepper::fail_at_drift() {
+  report_.failure = fmt::format("the correction of overlaps would move a block farther than its motion in the step explains, down to the smallest step ({} contacts: {})", touches_.size(), name_contacts(model_, touches_));
   return report_;
 }
 

@@ -111,13 +111,18 @@ bool IslandStepper::solve(double h, Effort effort) {
     problem_.v = problem_.v_hat;
     return true;
   }
-  const bool small = event_driven() || (problem_.contacts.size() <= many_contacts && !crowded_), still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
+  const bool small = problem_.contacts.size() <= many_contacts && !crowded_, still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
   const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
   StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap() && !bonded, .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_, .mean = mean_speed_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
+  if (event_driven())   // a hundredth of the error of velocity that a step may have
+    for (const Body& b : bodies_) {
+      const double part = 0.01 * step_error(b.block) / std::max(fall_time(b.block), h);
+      step.located = step.located > 0 ? std::min(step.located, part) : part;
+    }
   for (const contact::ProblemContact& c : problem_.contacts) step.largest_bias = std::max(step.largest_bias, c.bias.cwiseAbs().maxCoeff());
   contact::SolveSettings settings = how_closely(step);
   Counters& n = report_.counters;

@@ -22,6 +22,9 @@ bool IslandStepper::take(Trial& trial) {
   settling_ = false;
   stalled_ = 0;
   ahead_.assign(island_->pairs.size(), 0.0);
+  const bool ahead = trial.adaptive && trial.closed && looks_ahead();
+  if (ahead && !allowed_) allowed_ = allowed_accelerations();
+  std::optional<std::vector<Vec6>> allowed_at_end;
   for (;;) {
     if (stopped()) return false;
     step_length_ = trial.h;
@@ -42,8 +45,17 @@ bool IslandStepper::take(Trial& trial) {
       return false;
     }
     if (shortened(trial)) continue;
+    double by_ends = 0;   // error by the accelerations at both ends, over what it may be
+    if (ahead && allowed_ && (allowed_at_end = allowed_accelerations())) by_ends = error_by_ends(trial.h, *allowed_, *allowed_at_end);
+    if (by_ends > 1 && may_shorten(trial)) {
+      reject();
+      trial.h *= std::clamp(0.9 / std::sqrt(by_ends), 0.1, 0.7);
+      continue;
+    }
+    allowed_ = std::move(allowed_at_end);
     if (trial.adaptive && trial.closed) {
-      const double grow = o.error > 0 ? std::clamp(0.9 * std::cbrt(error_limit() / o.error), 0.3, 2.0) : 2.0;
+      const double error = std::max(o.error / error_limit(), by_ends);
+      const double grow = error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, 2.0) : 2.0;
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
       const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;

@@ -17,6 +17,7 @@
 namespace talus::coupling {
 namespace {
 
+constexpr int few_blocks = 12;                 // in motion, up to which a stretch beside a structure is not shortened
 constexpr double crowded_steps = 128;          // sub-steps of a structure in a stretch, among debris
 
 /// The whole skin as it is now.
@@ -377,7 +378,7 @@ bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
     state_.time = duration == remaining ? t : start + duration;
     state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
     if (sums_.counters.structure_steps == sub_steps) continue;
-    const double limit = crowd_limit(model_, env_, state_.asleep, settings_.step.event_blocks);
+    const double limit = crowd_limit(model_, env_, state_.asleep, few_blocks);
     if (limit > 0 && limit < settings_.longest_stretch && (state_.stretch == 0 || state_.stretch > limit)) state_.stretch = limit;
   }
   state_.time = t;

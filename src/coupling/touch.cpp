@@ -239,7 +239,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
         t.bond_tension = bond->tension;
       }
     }
-    t.rolls = t.law->rolling_resistance > 0 && !at_skin;   // a solid's nodes take no couple
+    t.rolls = (t.law->rolling_resistance > 0 || t.law->drilling_resistance > 0) && !at_skin;   // a solid's nodes take no couple
     const ContactMemory* last = recall(memory, partner, t);
     if (last == nullptr && at_structure) t.glued = bonded && glued_nearby(memory, partner, p, bond_gap(shape_b));
     if (last == nullptr && !at_structure) join_pair(t, memory, partner);

@@ -74,7 +74,7 @@ struct Touch {
   bool glued = false;            // closed since the start, or one of a pair that is: it holds in tension too
   bool on_edge = false;          // face_a was looked up: the contact is with an edge or vertex of A
   bool persistent = false;       // carried force in the last step
-  bool rolls = false;            // it resists rolling
+  bool rolls = false;            // it resists rolling or drilling
   Vec3 slip = Vec3::Zero();      // at the start of the step, of what presses by the trapezoid in a step of events, world [m/s]
   Eigen::Vector2d slip_row = Eigen::Vector2d::Zero();   // the same along the row's tangents [m/s]
   bool swings = false;           // it slides through the step: friction opposes the mean of the slips at its start and its end

@@ -59,7 +59,11 @@ json of_counters(const sim::RunCounters& c) {
           {"condensed_steps", c.condensed_steps},
           {"structure_asleep", c.structure_asleep},
           {"worst_residual", c.worst_residual},
-          {"worst_penetration", c.worst_penetration}};
+          {"worst_penetration", c.worst_penetration},
+          {"energy_made", c.gained},
+          {"worst_energy_made", c.worst_gain},
+          {"dissipation_undone", c.undone},
+          {"restitution_reduced", c.reduced}};
 }
 
 json of_audit(const sim::InterfaceAudit& a) {

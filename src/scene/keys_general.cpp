@@ -77,7 +77,7 @@ std::vector<Key> general_keys() {
        .doc = "`two-way`: one system. `one-way`: blocks strike a rigid surface, the recorded loads are put on the structure afterwards. `rigid`: the structure is a fixed surface. Method `dda-1988` knows the last two alone, and takes `one-way` where none is given.",
        .choices = {"two-way", "one-way", "rigid"}},
       {.path = "coupling.audit", .type = Type::choice, .fallback = "\"report\"",
-       .doc = "`strict` fails the run when a gate of the interface audit is broken; `report` only says so. Not `strict` with `scheme = \"rigid\"`: nothing passes there.", .choices = {"strict", "report"}},
+       .doc = "`strict` fails the run (exit code 1) when a gate is broken: force, moment and impulse of both sides of a structure's interface, the ledger's residual, energy made by the scheme, in all and in one step; `report` only says so. Valid in every scene.", .choices = {"strict", "report"}},
       {.path = "coupling.exchanges_per_rise", .type = Type::integer, .fallback = "20",
        .doc = "Least number of exchanges while a contact force rises; a block with a part of the largest energy takes as many as the root of that part, at least 2.", .min = 1, .max = 100000},
       {.path = "coupling.fragments", .type = Type::boolean, .fallback = "true",

@@ -67,8 +67,6 @@ void check_scheme(const Simulation& s, const Coupling& c, const View& view) {
   if (s.method == Simulation::Method::dda1988 && view.has("scheme") && c.scheme == Coupling::Scheme::two_way)
     view.problem("scheme", "method \"dda-1988\" does not couple both ways: its blocks strike a structure's undeformed skin as a fixed surface",
                  "take scheme = \"one-way\" (the structure feels their forces; what is taken if you leave scheme out), \"rigid\", or method \"talus\"");
-  if (c.strict && c.scheme == Coupling::Scheme::rigid)
-    view.problem("audit", "scheme = \"rigid\" passes nothing to a structure: there is nothing to audit", "take scheme \"two-way\" or \"one-way\", or leave audit out");
 }
 
 void read_coupling_and_output(Reading& in, const View& root) {
@@ -82,7 +80,7 @@ void read_coupling_and_output(Reading& in, const View& root) {
     check_scheme(in.scene.simulation, c, *view);
     c.exchanges_per_rise = static_cast<int>(view->integer("exchanges_per_rise"));
     c.fragments = view->flag("fragments");
-    if (!root.has("structure"))
+    if (!root.has("structure") && (view->has("scheme") || view->has("exchanges_per_rise") || view->has("fragments")))
       view->problem("", "there is no structure to couple", "remove [coupling], or add a [[structure]]");
   }
   Output& o = in.scene.output;

@@ -25,7 +25,7 @@ struct Entry {
 bool same(const ContactLaw& x, const ContactLaw& y) {
   return x.friction == y.friction && x.cohesion == y.cohesion && x.tension == y.tension && x.stiffness == y.stiffness &&
          x.normal_stiffness == y.normal_stiffness && x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
-         x.restitution_tangential == y.restitution_tangential && x.rolling_resistance == y.rolling_resistance &&
+         x.restitution_tangential == y.restitution_tangential && x.rolling_resistance == y.rolling_resistance && x.drilling_resistance == y.drilling_resistance &&
          x.damping_ratio == y.damping_ratio && x.kind == y.kind && x.hertz_radius == y.hertz_radius &&
          x.crushing_pressure == y.crushing_pressure && x.table == y.table;
 }
@@ -142,6 +142,8 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     law.restitution = view.maybe("restitution");
     law.restitution_tangential = view.maybe("restitution_tangential");
     law.rolling_resistance = view.number("rolling_resistance");
+    // A patch within which the normal force shifts by f has a radius of at least f; uniform pressure on it resists drilling by 2/3 mu f N.
+    law.drilling_resistance = view.maybe("drilling_resistance").value_or(2.0 / 3 * law.friction * law.rolling_resistance);
     law.damping_ratio = view.number("damping_ratio");
     read_stiffness(view, entry);
     read_law_form(in, view, law);

@@ -70,6 +70,7 @@ Json interface(const Scene& scene, int a, int b) {
   if (law.restitution) out["restitution"] = *law.restitution;
   if (law.restitution_tangential) out["restitution_tangential"] = *law.restitution_tangential;
   out["rolling_resistance"] = law.rolling_resistance;
+  out["drilling_resistance"] = law.drilling_resistance;
   out["damping_ratio"] = law.damping_ratio;
   switch (law.kind) {
     case ContactLaw::Kind::linear: out["contact_law"] = "linear"; break;

@@ -26,6 +26,8 @@ void Builder::refuse_what_is_missing() {
                            std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) { return q.material == i || q.material == j; });
       if (law.rolling_resistance > 0 && deforms)
         missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out where a block meets a deformable structure");
+      else if (law.drilling_resistance > 0 && deforms)
+        missing(key + "drilling_resistance", fmt::format("{:g}", law.drilling_resistance), "leave it out where a block meets a deformable structure");
     }
 }
 

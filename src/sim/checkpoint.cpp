@@ -90,10 +90,10 @@ template <typename Count, typename Number>
 void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
   coupling::Counters& c = sums.counters;
   for (long* n : {&c.steps, &c.rejected, &c.contacts, &c.newton, &c.sweeps, &c.outer, &c.impacts, &c.projections, &c.tier_a, &c.tier_b, &c.tier_c, &c.tier_d,
-                  &c.tier_e, &c.flights, &c.structure_steps, &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep})
+                  &c.tier_e, &c.flights, &c.structure_steps, &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
     count(*n);
   coupling::AuditSums& a = sums.audit;
-  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure}) number(*x);
+  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone}) number(*x);
   for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }
 

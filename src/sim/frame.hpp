@@ -91,6 +91,8 @@ struct RunCounters {
   long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, condensed_steps = 0, structure_asleep = 0;
   double worst_residual = 0;        // exact-Coulomb, relative
   double worst_penetration = 0;     // [m]
+  double gained = 0, worst_gain = 0, undone = 0;   // energy made by steps, by the worst of them, dissipation undone [J]
+  long reduced = 0;                 // impacts whose restitution was lowered so that they make no energy
   double dt = 0;                    // last step [s]
   int islands = 0, sleeping_blocks = 0;
   double wall_seconds = 0, cpu_seconds = 0;

@@ -271,6 +271,10 @@ RunCounters World::counters() const {
   n.asleep_skipped = system->asleep_skipped();
   n.worst_residual = c.worst_residual;
   n.worst_penetration = c.worst_penetration;
+  n.gained = c.gained;
+  n.worst_gain = c.worst_gain;
+  n.undone = c.undone;
+  n.reduced = c.reduced;
   n.dt = c.last_step;
   n.islands = system->islands();
   n.sleeping_blocks = system->sleeping_blocks();

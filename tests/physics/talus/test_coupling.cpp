@@ -240,18 +240,19 @@ TEST(InitialState, AnotherMeshIsRefused) {
 
 TEST(Audit, EachGateFailsTheRun) {
   const sim::InterfaceAudit sound{.worst_force_imbalance = 1e-15, .worst_moment_imbalance = 1e-15, .impulse_defect = 1e-12};
-  EXPECT_EQ(sim::audit_failure(sound, 0.009, 0.009), "");
+  EXPECT_EQ(sim::audit_failure(sound, 0.009, 0.009, 0.009), "");
   const auto with = [&](double sim::InterfaceAudit::*of, double value) {
     sim::InterfaceAudit a = sound;
     a.*of = value;
-    return sim::audit_failure(a, 0, 0);
+    return sim::audit_failure(a, 0, 0, 0);
   };
   EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, 2e-12).find("force imbalance 2e-12"), std::string::npos);
   EXPECT_NE(with(&sim::InterfaceAudit::worst_moment_imbalance, 2e-12).find("moment imbalance 2e-12"), std::string::npos);
   EXPECT_NE(with(&sim::InterfaceAudit::impulse_defect, 2e-9).find("impulse defect 2e-09"), std::string::npos);
   EXPECT_NE(with(&sim::InterfaceAudit::worst_force_imbalance, NAN).find("force imbalance nan"), std::string::npos);
-  EXPECT_NE(sim::audit_failure(sound, 0.02, 0).find("energy residual"), std::string::npos);
-  EXPECT_NE(sim::audit_failure(sound, 0, 0.02).find("made by the scheme"), std::string::npos);
+  EXPECT_NE(sim::audit_failure(sound, 0.02, 0, 0).find("energy residual"), std::string::npos);
+  EXPECT_NE(sim::audit_failure(sound, 0, 0.02, 0).find("made by the scheme"), std::string::npos);
+  EXPECT_NE(sim::audit_failure(sound, 0, 0, 0.02).find("made in one step"), std::string::npos);
 }
 
 TEST(OneWay, PutsTheRecordedLoadsOnTheStructure) {

@@ -172,7 +172,6 @@ const Broken list[] = {
     {"[[structure.probe]]\nname = \"top\"", "[[structure.probe]]", "structure.P2.probe.0.name", "is missing"},
     // coupling, output
     {"scheme = \"two-way\"", "scheme = \"twoway\"", "coupling.scheme", "did you mean \"two-way\"?"},
-    {"scheme = \"two-way\"", "scheme = \"rigid\"", "coupling.audit", "there is nothing to audit"},
     {"audit = \"strict\"", "audit = \"none\"", "coupling.audit", "must be one of strict, report"},
     {"interval = \"0.05 s\"", "interval = \"0.05 Hz\"", "output.interval", "this one is in 1/s"},
     {"[output]", "[impact]\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 1\npoint = [0,0,0]\nvelocity = 0\n[output]", "impact.velocity", "a speed must be > 0"},

@@ -1,0 +1,84 @@
+// The correction of positions after a step is a correction of drift, or the step is not taken.
+//
+// Rows hold velocities; positions drift from them by the square of the step, and are corrected after it (island_project.cpp). Two bodies can have
+// come into each other by no more than they moved against each other in the step, beside what they were in each other at its start:
+//
+//   |d_i| <= max over partners j of (s_i + s_j) + sum over pairs of o,     s = |c_np - c_n| + r |F_np - F_n| + g h^2
+//
+// symbol   meaning                                                                  unit
+// d_i      farthest way of a point of body i by the correction                      m
+// s        way of its farthest point in the step, and what a fall may have added    m
+// o        deepest overlap of a pair's hard contacts at the start of the step, which add up along a column    m
+//
+// A correction beyond that answers to no motion: contact rows that contradict each other, of concave scans wedged between faces of terrain, say, have
+// solutions of any size. Drift falls with the square of the step and motion with the step, so that the step is tried again halved.
+#include <algorithm>
+#include <utility>
+
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+/// Of the hard contacts at hand, the deepest of each pair [m].
+double IslandStepper::sum_of_overlaps() const {
+  double sum = 0, deepest = 0;
+  for (std::size_t i = 0; i < touches_.size(); ++i) {   // in the order of the pairs
+    const Touch& t = touches_[i];
+    if (t.stiffness == 0) deepest = std::max(deepest, -t.at.gap);
+    if (i + 1 < touches_.size() && touches_[i + 1].a == t.a && touches_[i + 1].b == t.b) continue;
+    sum += std::exchange(deepest, 0.0);
+  }
+  return sum;
+}
+
+void IslandStepper::keep_for_drift() {
+  before_drift_.report = report_;
+  before_drift_.memory.resize(bodies_.size());
+  before_drift_.poses.resize(bodies_.size());
+  each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - bodies_.data());
+    before_drift_.memory[i] = history_[static_cast<std::size_t>(b.block)];
+    before_drift_.poses[i] = dda::pose(state_, b.block);
+  });
+}
+
+/// All is as at the start of the step.
+void IslandStepper::take_back() {
+  report_ = std::move(before_drift_.report);
+  each_body([&](const Body& b) {
+    const auto i = static_cast<std::size_t>(&b - bodies_.data());
+    history_[static_cast<std::size_t>(b.block)].swap(before_drift_.memory[i]);
+  });
+  reject();
+}
+
+/// Way of the farthest point of a body between two of its poses [m].
+double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to) const {
+  return (to.c - from.c).norm() + model_.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
+}
+
+bool IslandStepper::drift_beyond_motion(double h) const {
+  const double fall = h * h * model_.gravity.norm();
+  std::vector<double> way(bodies_.size()), allowed(bodies_.size());
+  bool corrected = false;
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Saved& start = saved_[i];
+    const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
+    way[i] = allowed[i] = motion(bodies_[i], from, before_drift_.poses[i]) + fall;
+    corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
+  }
+  if (!corrected) return false;
+  for (const CandidatePair& pair : island_->pairs) {
+    if (pair.a.kind != Partner::Kind::block) continue;
+    const int a = local_[static_cast<std::size_t>(pair.a.index)], b = local_[static_cast<std::size_t>(pair.b)];
+    if (a < 0 || b < 0) continue;
+    const auto i = static_cast<std::size_t>(a), j = static_cast<std::size_t>(b);
+    allowed[i] = std::max(allowed[i], way[i] + way[j]);
+    allowed[j] = std::max(allowed[j], way[i] + way[j]);
+  }
+  for (std::size_t i = 0; i < bodies_.size(); ++i)
+    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) > allowed[i] + before_drift_.overlaps) return true;
+  return false;
+}
+
+}  // namespace talus::coupling
