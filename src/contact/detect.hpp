@@ -4,7 +4,6 @@
 /// two nearest material points at the search pose, gap = n . (point_b - point_a).
 #pragma once
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <span>
 #include <vector>
@@ -45,15 +44,6 @@ int block_block(const Polyhedron& A, const Pose& pose_a, const Polyhedron& B, co
 /// Block B against an unbounded plane (body A is the plane, the normal is the plane's).
 int plane_block(const Plane& plane, const Polyhedron& B, const Pose& pose_b, double margin, std::vector<ContactPoint>& out);
 
-/// The ground plumb over and under a point. Faces that face up bear; those that face down are the undersides of overhangs. Of a two-sided sheet all
-/// faces bear and nothing is solid.
-struct Plumb {
-  double floor = std::numeric_limits<double>::quiet_NaN();    // highest face that bears, below the first underside above the point [m]; NaN: none
-  int triangle = -1;                                          // that face
-  double above = std::numeric_limits<double>::infinity();     // first face above the point [m]
-  bool solid = false;                                         // the point lies in the rock: the first face above it faces up
-};
-
 /// Search structure over a triangulated surface: BVH, coplanar neighbours merged so that no internal edge is ever hit,
 /// convex edges and vertices known. Fixed topology; `refit` after the vertices moved.
 class SurfaceIndex {
@@ -73,10 +63,8 @@ class SurfaceIndex {
   Box3 bounds() const;
   /// True if any triangle's box overlaps `box`.
   bool overlaps(const Box3& box) const;
-  /// Height of the surface's uppermost point at (x, y), above overhangs; NaN outside. For terrain.
+  /// Height of the surface's uppermost point above (x, y); NaN outside. For terrain.
   double height(double x, double y) const;
-  /// The ground over and under a point. For terrain.
-  Plumb plumb_at(const Vec3& p) const;
   /// The triangle nearest to a point on (or next to) the surface, the lowest index of several.
   int triangle_at(const Vec3& x) const;
 

@@ -192,11 +192,9 @@ int SurfaceIndex::triangle_at(const Vec3& x) const {
   return best;
 }
 
-namespace {
-
-/// Calls use(z, faces_up) for each triangle over or under (x, y). Upright ones are not met; points on a common side belong to both triangles.
-template <class Use>
-void plumb(const SurfaceIndex::Impl& s, double x, double y, const Use& use) {
+double SurfaceIndex::height(double x, double y) const {
+  const Impl& s = *impl_;
+  double best = std::numeric_limits<double>::quiet_NaN();
   s.tree.traverse(
       [&](const Vec3& lo, const Vec3& hi) { return lo.x() <= x && x <= hi.x() && lo.y() <= y && y <= hi.y(); },
       [&](int t) {
@@ -208,37 +206,13 @@ void plumb(const SurfaceIndex::Impl& s, double x, double y, const Use& use) {
         const double wa = cross(b.x() - x, b.y() - y, c.x() - x, c.y() - y) / all;
         const double wb = cross(c.x() - x, c.y() - y, a.x() - x, a.y() - y) / all;
         const double wc = 1 - wa - wb;
-        constexpr double slack = -1e-12;
+        constexpr double slack = -1e-12;  // points on a shared side belong to both triangles
         if (wa < slack || wb < slack || wc < slack) return true;
-        use(wa * a.z() + wb * b.z() + wc * c.z(), all > 0, t);
+        const double z = wa * a.z() + wb * b.z() + wc * c.z();
+        if (!(best >= z)) best = z;
         return true;
       });
-}
-
-}  // namespace
-
-double SurfaceIndex::height(double x, double y) const {
-  double best = std::numeric_limits<double>::quiet_NaN();
-  plumb(*impl_, x, y, [&](double z, bool, int) {
-    if (!(best >= z)) best = z;
-  });
   return best;
-}
-
-Plumb SurfaceIndex::plumb_at(const Vec3& p) const {
-  const bool two_sided = impl_->surface.two_sided;
-  Plumb found;
-  bool up = false;   // the first face above p
-  double ceiling = std::numeric_limits<double>::infinity();
-  plumb(*impl_, p.x(), p.y(), [&](double z, bool faces_up, int) {
-    if (z > p.z() && z < found.above) found.above = z, up = faces_up;
-    if (z > p.z() && !faces_up && !two_sided) ceiling = std::min(ceiling, z);
-  });
-  found.solid = up && !two_sided;
-  plumb(*impl_, p.x(), p.y(), [&](double z, bool faces_up, int t) {
-    if ((faces_up || two_sided) && z < ceiling && !(found.floor >= z)) found.floor = z, found.triangle = t;
-  });
-  return found;
 }
 
 }  // namespace talus::contact

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "contact/detect.hpp"
+#include "contact/plumb.hpp"
 #include "geometry/mesh.hpp"
 
 namespace talus::geometry {
@@ -174,7 +174,7 @@ TriangleSurface with_border_walls(TriangleSurface surface, std::span<const Plane
     const Vec3 x = 0.5 * (a + b) + nearly * outward;
     const double level = x.z() - nearly * along.norm();
     const auto higher = [&](const Plane& p) { return p.normal.dot(Vec3(x.x(), x.y(), level) - p.point) < 0; };
-    return ground.plumb_at({x.x(), x.y(), level}).solid || std::any_of(planes.begin(), planes.end(), higher);
+    return contact::plumb_at(ground, {x.x(), x.y(), level}).solid || std::any_of(planes.begin(), planes.end(), higher);
   });
 
   std::vector<int> leaving(surface.vertices.size(), 0), foot(surface.vertices.size(), -1);

@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-#include "contact/detect.hpp"
+#include "contact/plumb.hpp"
 #include "geometry/raster/raster_module.hpp"
 #include "io/check_indices.hpp"
 #include "io/files.hpp"
@@ -108,7 +108,7 @@ class Ground {
  public:
   explicit Ground(const Hdf5File& file) : index_(terrain_of(file)) {}
   double under(const Vec3& p) const {
-    const double floor = index_.plumb_at(p).floor;
+    const double floor = contact::plumb_at(index_, p).floor;
     return std::isnan(floor) ? index_.height(p.x(), p.y()) : floor;   // of a sheet that bears from both sides faces may look down
   }
 

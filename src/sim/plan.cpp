@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "contact/impact_damping.hpp"
+#include "contact/plumb.hpp"
 #include "coupling/touch_spring.hpp"
 #include "sim/fineness.hpp"
 #include "sim/ground.hpp"
@@ -124,7 +125,7 @@ std::string dip_line(const World& w) {
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
     if (block.fixed) continue;
     const Vec3 c = w.pose(i).c;
-    const contact::Plumb under = env.terrain ? env.terrain->plumb_at(c) : contact::Plumb{};
+    const contact::Plumb under = env.terrain ? contact::plumb_at(*env.terrain, c) : contact::Plumb{};
     const double on_plane = ground_height(nullptr, env.planes, c);
     const auto height = [&](double x, double y) { return ground_height(env.terrain.get(), env.planes, c + Vec3(x, y, 0)); };
     const double r = block.shape->radius;

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <random>
 
-#include "contact/detect.hpp"
+#include "contact/plumb.hpp"
 #include "geometry/terrain.hpp"
 
 using namespace talus;
@@ -177,7 +177,7 @@ TEST(TerrainSheets, GroundIsTheFloorUnderAnOverhang) {
   s.vertices = c.vertices;
   s.triangles = c.triangles;
   const contact::SurfaceIndex index(s);
-  const contact::Plumb under = index.plumb_at({0.5, 1, 2}), in = index.plumb_at({0.5, 1, 8}), behind = index.plumb_at({-5, 1, 4}), above = index.plumb_at({0.5, 1, 12});
+  const contact::Plumb under = contact::plumb_at(index, {0.5, 1, 2}), in = contact::plumb_at(index, {0.5, 1, 8}), behind = contact::plumb_at(index, {-5, 1, 4}), above = contact::plumb_at(index, {0.5, 1, 12});
   EXPECT_FALSE(under.solid);
   EXPECT_NEAR(under.floor, 0, 1e-12);
   EXPECT_NEAR(under.above, 5, 1e-12);
@@ -188,5 +188,5 @@ TEST(TerrainSheets, GroundIsTheFloorUnderAnOverhang) {
   EXPECT_FALSE(above.solid);
   EXPECT_NEAR(above.floor, 10, 1e-12);
   EXPECT_NEAR(index.height(0.5, 1), 10, 1e-12);
-  EXPECT_TRUE(std::isnan(index.plumb_at({50, 1, 2}).floor));
+  EXPECT_TRUE(std::isnan(contact::plumb_at(index, {50, 1, 2}).floor));
 }
