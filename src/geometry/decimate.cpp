@@ -1,8 +1,6 @@
 // Vertex removal with a bound that holds everywhere, not just at the nodes: taking a vertex away changes the surface only
 // within its star, by a piecewise linear function whose extremes lie at the vertex and where an old spoke crosses a new
 // edge. What the triangles of the star had lost before is added, so the sum bounds the distance to the given surface.
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -19,12 +17,11 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
               const std::vector<char>& fixed) {
   const int n = static_cast<int>(vertices.size());
   std::vector<std::vector<int>> around(n);
+  std::vector<char> steep(n, 0);   // of a face that overhangs or stands upright
   for (int t = 0; t < static_cast<int>(triangles.size()); ++t) {
     const auto& c = triangles[t];
     if (!(plan_area(vertices[c[0]], vertices[c[1]], vertices[c[2]]) > 0))
-      throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", error),
-                               .rule = fmt::format("the terrain is steeper than vertical at triangle {}, so that a vertical error means nothing", t),
-                               .remedy = "leave the key out, or give a terrain that is a function z(x, y)"});
+      for (int v : c) steep[v] = 1;
     for (int v : c) around[v].push_back(t);
   }
   std::vector<double> lost(triangles.size(), 0.0);  // bound of each triangle's vertical distance to the given surface
@@ -50,7 +47,7 @@ void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& tria
   // Flat places first: what they give up costs nothing, and leaves the allowance to the rest.
   for (const double share : {1e-9, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0, 1.0}) {
     for (int v = 0; v < n; ++v) {
-      if ((!fixed.empty() && fixed[v]) || around[v].size() < 3 || around[v].size() > 24 || !ring_of(v, ring)) continue;
+      if (steep[v] || (!fixed.empty() && fixed[v]) || around[v].size() < 3 || around[v].size() > 24 || !ring_of(v, ring)) continue;
       const int k = static_cast<int>(ring.size());
       double before = 0, best = share * error;
       for (int t : around[v]) before = std::max(before, lost[t]);

@@ -273,16 +273,19 @@ bool above_in_plan(const Vec3& a, const Vec3& b, const Vec3& c, double x, double
 
 bool CheckedSurface::solid_at(const Vec3& p) const {
   if (tree_->surface.two_sided) return false;
-  int above = 0;
+  double first = std::numeric_limits<double>::infinity();   // height of the first face above
+  bool faces_up = false;
   const Box3 ray(p, Vec3(p.x(), p.y(), 1e300));
   tree_->visit(ray, [&](int t) {
     const auto& c = tree_->surface.triangles[t];
     const Vec3 &a = tree_->surface.vertices[c[0]], &b = tree_->surface.vertices[c[1]], &d = tree_->surface.vertices[c[2]];
     if (!above_in_plan(a, b, d, p.x(), p.y())) return;
     const Vec3 n = (b - a).cross(d - a);
-    if (n.z() != 0 && n.dot(p - a) / n.z() < 0) ++above;
+    if (n.z() == 0) return;
+    const double z = p.z() - n.dot(p - a) / n.z();
+    if (z > p.z() && z < first) first = z, faces_up = n.z() > 0;
   });
-  return above % 2 == 1;
+  return faces_up;
 }
 
 bool CheckedSurface::covers(double x, double y) const {

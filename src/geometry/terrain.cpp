@@ -9,6 +9,7 @@
 #include "geometry/mesh.hpp"
 #include "geometry/raster.hpp"
 #include "geometry/raster_outliers.hpp"
+#include "geometry/terrain_sheets.hpp"
 
 namespace talus::geometry {
 namespace {
@@ -158,19 +159,31 @@ bool Terrain::over_hole(double x, double y) const {
   return u - j >= v - i ? !data(i, j + 1) : !data(i + 1, j);
 }
 
-Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
-                     const std::string& name) {
+namespace {
+
+/// Overhanging and upright faces have no place in a triangulation in plan.
+void refuse_lines_at_overhangs(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const TerrainOptions& options, const std::string& name) {
+  std::size_t count = 0;
+  Vec3 first = Vec3::Zero();
+  for (const auto& t : triangles) {
+    const Vec3 &a = vertices[t[0]], &b = vertices[t[1]], &c = vertices[t[2]];
+    const Vec3 n = (b - a).cross(c - a);
+    if (n.z() < 0 && count++ == 0) first = (a + b + c) / 3 + options.origin;
+  }
+  if (count == 0) return;
+  throw InputError(Problem{.file = name, .key = "site.breaklines", .value = options.breaklines,
+                           .rule = fmt::format("lines are put into a terrain in plan, and {} faces of this one overhang, one at [{:.8g}, {:.8g}, {:.6g}]", count, first.x(), first.y(), first.z()),
+                           .remedy = "put the lines into the mesh itself, or leave site.breaklines out"});
+}
+
+/// From faces that are oriented already: breaklines, crop, decimation, materials.
+Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options, const std::string& name) {
   Terrain out;
-  for (const Vec3& v : vertices)
-    if (!v.allFinite())
-      throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
-    else if (v.cwiseAbs().maxCoeff() > farthest)
-      throw InputError(Problem{.file = name, .key = "site.terrain", .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]", &v - vertices.data() + 1, v.x(), v.y(), v.z()),
-                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest), .remedy = "correct the file"});
   std::vector<char> fixed;
   if (!options.breaklines.empty()) {
     BreakLines lines = read_breaklines(options.breaklines);
     expect_same_crs(options.crs, lines.crs, options.breaklines, "site.breaklines");
+    if (!options.two_sided) refuse_lines_at_overhangs(vertices, triangles, options, name);
     for (auto& line : lines.lines)
       for (Vec3& p : line) p -= options.origin;
     insert_lines(vertices, triangles, lines.lines, options.breaklines, fixed);
@@ -192,7 +205,6 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
       ++flat;
       continue;
     }
-    if (!options.two_sided && n.z() < 0) std::swap(t[1], t[2]);
     triangles[kept++] = t;
   }
   triangles.resize(kept);
@@ -230,6 +242,23 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
   return out;
 }
 
+}  // namespace
+
+Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> triangles, const TerrainOptions& options,
+                     const std::string& name) {
+  for (const Vec3& v : vertices)
+    if (!v.allFinite())
+      throw InputError(Problem{.file = name, .key = "site.terrain", .rule = "has a coordinate that is not finite", .remedy = "correct the file"});
+    else if (v.cwiseAbs().maxCoeff() > farthest)
+      throw InputError(Problem{.file = name, .key = "site.terrain", .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]", &v - vertices.data() + 1, v.x(), v.y(), v.z()),
+                               .rule = fmt::format("coordinates must not exceed {:g} m", farthest), .remedy = "correct the file"});
+  std::vector<Problem> warnings;
+  if (!options.two_sided) warnings = orient_sheets(vertices, triangles, name, options.origin);
+  Terrain out = assemble(std::move(vertices), std::move(triangles), options, name);
+  out.warnings.insert(out.warnings.begin(), warnings.begin(), warnings.end());
+  return out;
+}
+
 Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   if (options.decimation_error < 0 || !std::isfinite(options.decimation_error))
     throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
@@ -248,7 +277,7 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   TerrainOptions rest = options;
   rest.crop.reset();  // already done, on whole cells
   if (rest.crs.empty()) rest.crs = raster.crs;
-  Terrain out = make_terrain(std::move(vertices), std::move(triangles), rest, path);
+  Terrain out = assemble(std::move(vertices), std::move(triangles), rest, path);   // its triangles face up as they are made
   out.grid = std::move(grid.grid);
   out.crs = raster.crs;
   out.warnings.insert(out.warnings.begin(), grid.warnings.begin(), grid.warnings.end());

@@ -4,7 +4,8 @@
 ///
 /// Grid nodes are cell centres; each quad is split from its lower left to its upper right node. A triangle with a
 /// NODATA corner does not exist, and the place is remembered: `over_hole` tells a block over a hole from one beside
-/// the terrain. Solid lies below: triangles are turned so that n_z > 0, whatever their winding, unless `two_sided`.
+/// the terrain. Solid lies on one side unless `two_sided`: the faces of a mesh are oriented by connectivity, each sheet so
+/// that most of its plan area faces up, and overhanging faces keep that orientation (terrain_sheets.hpp).
 #pragma once
 #include <optional>
 #include <string>
@@ -95,12 +96,12 @@ void assign_materials(TriangleSurface& surface, const TerrainOptions& options, s
 /// Throws InputError if both systems are known and differ.
 void expect_same_crs(const std::string& scene, const std::string& file_crs, const std::string& file, const std::string& key);
 
-/// Height of the highest point of the surface within a rectangle in plan; -infinity if none lies there.
+/// Height of the highest point of the surface, above overhangs, within a rectangle in plan; -infinity if none lies there.
 double highest_within(const TriangleSurface& surface, const Eigen::AlignedBox2d& rectangle);
 
 /// Removes vertices while the surface stays within `error` [m] of the given one, measured vertically, everywhere.
-/// Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them. `error_reached` is a bound of the largest difference of the result, at most `error`. Only for surfaces that are a
-/// function z(x, y).
+/// Border vertices stay, and those that `fixed` marks (empty: none), with the edges between them. `error_reached` is a bound of the largest difference of the result, at most `error`. Vertices of
+/// overhanging and upright faces stay, since a vertical error means nothing there.
 void decimate(std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, double error, double& error_reached,
               const std::vector<char>& fixed = {});
 

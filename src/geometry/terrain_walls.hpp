@@ -10,7 +10,8 @@
 namespace talus::geometry {
 
 /// The surface with walls from its borders down to z = `bottom` [m], appended to its triangles and of the material of the triangle above. None where
-/// other ground goes on beyond the border, level with it or higher: another sheet of the surface, or a plane. A two-sided surface stays as it is.
+/// other ground goes on beyond the border, level with it or higher: another sheet of the surface, or a plane; and none at the upper and lateral edges of
+/// overhanging and upright faces, behind which the rock goes on upwards. A wall above an overhang ends at the underside. A two-sided surface stays as it is.
 TriangleSurface with_border_walls(TriangleSurface surface, std::span<const Plane> planes, double bottom);
 
 }  // namespace talus::geometry

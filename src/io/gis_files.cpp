@@ -10,10 +10,10 @@
 #include <set>
 #include <vector>
 
+#include "contact/plumb.hpp"
 #include "geometry/raster/raster_module.hpp"
 #include "io/check_indices.hpp"
 #include "io/files.hpp"
-#include "io/ground_raster.hpp"
 #include "io/hdf5_file.hpp"
 
 namespace talus::io {
@@ -103,28 +103,26 @@ void along(const Vec3& a, const Vec3& b, double cell, const Use& use) {
   }
 }
 
-/// Height of the terrain, linear between the nodes of a grid; NaN off it.
+/// Height of the terrain under a point: under an overhang that of the floor there; NaN off the terrain.
 class Ground {
  public:
-  Ground(const Hdf5File& file, const Box3& region) {
-    Mesh mesh;
-    const auto v = file.read<double>("/geometry/terrain/vertices").values;
-    const auto t = file.read<std::int32_t>("/geometry/terrain/triangles").values;
-    for (std::size_t k = 0; k + 2 < v.size(); k += 3) mesh.vertices.emplace_back(v[k], v[k + 1], v[k + 2]);
-    check_indices(t, mesh.vertices.size(), "terrain triangles");
-    for (std::size_t k = 0; k + 2 < t.size(); k += 3) mesh.triangles.push_back({t[k], t[k + 1], t[k + 2]});
-    grid_ = rasterise(mesh, region, ground_side);
-  }
-  double at(double x, double y) const {
-    const double u = (x - grid_.x0) / grid_.dx, v = (y - grid_.y0) / grid_.dy;
-    const int i = std::clamp(static_cast<int>(u), 0, grid_.nx - 2), j = std::clamp(static_cast<int>(v), 0, grid_.ny - 2);
-    const double a = u - i, b = v - j;
-    const auto z = [&](int di, int dj) { return static_cast<double>(grid_.z[static_cast<std::size_t>((j + dj) * grid_.nx + i + di)]); };
-    return (1 - b) * ((1 - a) * z(0, 0) + a * z(1, 0)) + b * ((1 - a) * z(0, 1) + a * z(1, 1));
+  explicit Ground(const Hdf5File& file) : index_(terrain_of(file)) {}
+  double under(const Vec3& p) const {
+    const double floor = contact::plumb_at(index_, p).floor;
+    return std::isnan(floor) ? index_.height(p.x(), p.y()) : floor;   // of a sheet that bears from both sides faces may look down
   }
 
  private:
-  Raster grid_;
+  static TriangleSurface terrain_of(const Hdf5File& file) {
+    TriangleSurface s;
+    const auto v = file.read<double>("/geometry/terrain/vertices").values;
+    const auto t = file.read<std::int32_t>("/geometry/terrain/triangles").values;
+    for (std::size_t k = 0; k + 2 < v.size(); k += 3) s.vertices.emplace_back(v[k], v[k + 1], v[k + 2]);
+    check_indices(t, s.vertices.size(), "terrain triangles");
+    for (std::size_t k = 0; k + 2 < t.size(); k += 3) s.triangles.push_back({t[k], t[k + 1], t[k + 2]});
+    return s;
+  }
+  contact::SurfaceIndex index_;
 };
 
 geometry::Raster empty_map(const Tracks& tracks, double cell, const std::filesystem::path& results) {
@@ -214,8 +212,8 @@ geometry::Raster results_map(const std::filesystem::path& results, const std::st
     greatest([&](const Track& t, std::size_t r, std::size_t next, const Vec3&, double s) { return between(t.speed, r, next, s); });
   else if (quantity == "height") {
     if (!tracks.file.exists("/geometry/terrain/vertices")) throw bad_file(results, "/maps/height", "there is no terrain to measure heights from", "take another map: passages, kinetic, speed, deposit");
-    const Ground ground(tracks.file, tracks.box);
-    greatest([&](const Track&, std::size_t, std::size_t, const Vec3& p, double) { return p.z() - ground.at(p.x(), p.y()); });
+    const Ground ground(tracks.file);
+    greatest([&](const Track&, std::size_t, std::size_t, const Vec3& p, double) { return p.z() - ground.under(p); });
   } else if (quantity == "deposit") {
     const auto volume = read_sized<double>(tracks.file, "/geometry/blocks/volume", tracks.blocks);
     for (const Track& t : tracks.moving) {
@@ -232,14 +230,10 @@ geometry::Raster results_map(const std::filesystem::path& results, const std::st
 std::vector<double> heights_over_ground(const Hdf5File& file, std::span<const double> points) {
   std::vector<double> heights;
   if (!file.exists("/geometry/terrain/vertices")) return heights;
-  Box3 region;
-  for (std::size_t k = 0; k + 2 < points.size(); k += 3)
-    if (const Vec3 p(points[k], points[k + 1], points[k + 2]); p.allFinite()) region.extend(p);
   heights.resize(points.size() / 3, missing);
-  if (region.isEmpty()) return heights;
-  const Ground ground(file, region);
+  const Ground ground(file);
   for (std::size_t k = 0; k < heights.size(); ++k)
-    if (const Vec3 p(points[3 * k], points[3 * k + 1], points[3 * k + 2]); p.allFinite()) heights[k] = p.z() - ground.at(p.x(), p.y());
+    if (const Vec3 p(points[3 * k], points[3 * k + 1], points[3 * k + 2]); p.allFinite()) heights[k] = p.z() - ground.under(p);
   return heights;
 }
 

@@ -47,7 +47,7 @@ std::vector<Key> general_keys() {
       {.path = "site.face.length", .type = Type::quantity, .dimension = length, .doc = "Along the face, downwards.", .required = "always in site.face", .min = 0, .above = true},
       {.path = "site.material", .type = Type::text, .doc = "Material of the terrain.", .required = "always in [site]"},
       {.path = "site.two_sided", .type = Type::boolean, .fallback = "false",
-       .doc = "The terrain is a sheet that blocks can touch from both sides. Otherwise its outside has n_z > 0 whatever the winding."},
+       .doc = "The terrain is a sheet that blocks can touch from both sides. Otherwise it is rock on one side: connected faces of a mesh face to the same side whatever their winding, each sheet so that most of its plan area faces up, and overhanging faces keep that side."},
       {.path = "site.decimation", .type = Type::quantity, .dimension = length, .fallback = "0 m",
        .doc = "Vertical error that thinning of the terrain may cause; 0 keeps every triangle.", .min = 0},
       {.path = "site.widen", .type = Type::quantity, .dimension = length, .fallback = "0 m",

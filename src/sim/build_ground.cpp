@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/plumb.hpp"
 #include "geometry/terrain_walls.hpp"
 
 namespace talus::sim {
@@ -46,8 +47,9 @@ void Builder::index_terrain() {
 
 void Builder::check_buried(std::size_t i) {
   const Vec3& c = state_.blocks.c[i];
-  const double above = env_.terrain->height(c.x(), c.y());
-  if (model_.blocks[i].ndof() == 0 || terrain_->surface.two_sided || !(c.z() < above)) return;
+  const contact::Plumb plumb = contact::plumb_at(*env_.terrain, c);
+  if (model_.blocks[i].ndof() == 0 || !plumb.solid) return;
+  const double above = plumb.above;
   problem(fmt::format("block.{}.position", model_.blocks[i].name), fmt::format("[{:g}, {:g}, {:g}]", c.x(), c.y(), c.z()),
           fmt::format("its centroid lies {:.6g} m below the terrain, which is solid and stands at z = {:.6g} there", above - c.z(), above),
           fmt::format("raise it to about z = {:.6g}, and from there by what talus check tells; or set site.two_sided for a sheet that has nothing below", above + model_.blocks[i].shape->radius));
@@ -59,7 +61,7 @@ void Builder::check_ground() {
   const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));
   for (std::size_t i = 0; i < single_blocks_; ++i) check_buried(i);
   for (std::size_t i = 0; i < model_.blocks.size(); ++i)
-    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), env_.terrain->height(state_.blocks.c[i].x(), state_.blocks.c[i].y()))) {
+    for (Problem& p : ground_problems(model_.blocks[i].name, state_.blocks.c[i], *terrain_, limits, !world_->scene.planes.empty(), contact::plumb_at(*env_.terrain, state_.blocks.c[i]).floor)) {
       p.file = world_->scene.file;
       (p.severity == Problem::Severity::error ? problems_ : world_->scene.warnings).push_back(std::move(p));
     }

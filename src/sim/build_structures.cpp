@@ -50,7 +50,7 @@ void Builder::add_structures() {
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
-      add_warnings(footing_problems(spec, members, [&](double x, double y) { return ground_height(env_.terrain.get(), world_->scene.planes, x, y); }));
+      add_warnings(footing_problems(spec, members, [&](const Vec3& at) { return ground_height(env_.terrain.get(), world_->scene.planes, at); }));
     std::vector<double>& moved = world_->displaced.emplace_back();
     if (spec.gravity_preload)
       for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());

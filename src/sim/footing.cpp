@@ -50,7 +50,7 @@ std::vector<Problem> footing_problems(const StructureSpec& spec, std::span<const
     double low = std::numeric_limits<double>::infinity(), high = -low;
     for (int k = 0; k < 5; ++k) {
       const Vec3 at = foot.base + (k == 0 ? 0.0 : k & 1 ? 1.0 : -1.0) * foot.half[0] + (k == 0 ? 0.0 : k & 2 ? 1.0 : -1.0) * foot.half[1];
-      const double z = ground(at.x(), at.y());
+      const double z = ground(at);
       if (std::isfinite(z)) low = std::min(low, z), high = std::max(high, z);
     }
     const std::string set = spec.kind == "viaduct" ? "give deck_level in place of pier_height, so that the piers follow the terrain, or correct the position" : "correct its height";

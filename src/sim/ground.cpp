@@ -7,7 +7,7 @@
 #include <limits>
 #include <memory>
 
-#include "contact/detect.hpp"
+#include "contact/plumb.hpp"
 #include "geometry/random.hpp"
 
 namespace talus::sim {
@@ -91,18 +91,18 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   return places;
 }
 
-double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y) {
-  double z = terrain ? terrain->height(x, y) : std::numeric_limits<double>::quiet_NaN();
+double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, const Vec3& at) {
+  double z = terrain ? contact::plumb_at(*terrain, at).floor : std::numeric_limits<double>::quiet_NaN();
   for (const Plane& p : planes)
     if (p.normal.z() > 1e-9)
-      z = std::fmax(z, p.point.z() - (p.normal.x() * (x - p.point.x()) + p.normal.y() * (y - p.point.y())) / p.normal.z());
+      z = std::fmax(z, p.point.z() - (p.normal.x() * (at.x() - p.point.x()) + p.normal.y() * (at.y() - p.point.y())) / p.normal.z());
   return z;
 }
 
 InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes) {
   const auto index = terrain ? std::make_shared<contact::SurfaceIndex>(*terrain) : nullptr;
   return [index, planes](const Vec3& x) {
-    if (index && index->height(x.x(), x.y()) > x.z()) return true;   // NaN beside the terrain
+    if (index && contact::plumb_at(*index, x).solid) return true;
     return std::any_of(planes.begin(), planes.end(), [&](const Plane& p) { return p.normal.dot(x - p.point) < 0; });
   };
 }

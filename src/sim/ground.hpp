@@ -22,8 +22,9 @@ using Occupied = std::vector<std::pair<Vec3, double>>;
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
                                                   const geometry::Terrain* terrain, Occupied& occupied);
 
-/// Height of the ground at (x, y), the upper one of terrain and planes [m]; NaN without any.
-double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y);
+/// Height of the ground at the place of a point, the upper one of terrain and planes [m]; NaN without any. The terrain counts up to the first underside
+/// of an overhang above the point: under an overhang the ground is the floor there, elsewhere the topmost face.
+double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, const Vec3& at);
 
 /// Whether terrain or a plane fills the place [m].
 using InGround = std::function<bool(const Vec3&)>;

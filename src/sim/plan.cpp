@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "contact/impact_damping.hpp"
+#include "contact/plumb.hpp"
 #include "coupling/touch_spring.hpp"
 #include "sim/fineness.hpp"
 #include "sim/ground.hpp"
@@ -89,6 +90,31 @@ struct Span {
   }
 };
 
+int material_of(const TriangleSurface& surface, int triangle) {
+  return surface.material.empty() ? surface.default_material : surface.material[static_cast<std::size_t>(triangle)];
+}
+
+/// Size of the terrain, how many of its faces overhang, and the plan area of each material of the ground. `triangles` are those without border walls.
+std::vector<std::string> terrain_lines(const World& w) {
+  const TriangleSurface& s = w.header.terrain;
+  std::vector<double> area(w.scene.materials.size(), 0.0);
+  std::size_t overhanging = 0;
+  for (std::size_t t = 0; t < s.triangles.size(); ++t) {
+    const auto corner = [&](std::size_t k) -> const Vec3& { return s.vertices[static_cast<std::size_t>(s.triangles[t][k])]; };
+    const double plan = 0.5 * (corner(1) - corner(0)).cross(corner(2) - corner(0)).z();
+    overhanging += plan < 0;
+    area[static_cast<std::size_t>(material_of(s, static_cast<int>(t)))] += std::abs(plan);
+  }
+  std::vector<std::string> lines{fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", s.triangles.size())};
+  if (s.two_sided) lines.back() += " It bears from both sides.";
+  else if (overhanging > 0) lines.back() += fmt::format(" {} of them overhang: rock lies above them.", overhanging);
+  std::string by_material;
+  for (std::size_t m = 0; m < area.size(); ++m)
+    if (area[m] > 0) by_material += fmt::format("{}{} {:.4g} m^2", by_material.empty() ? "" : ", ", w.scene.materials[m].name, area[m]);
+  if (!by_material.empty()) lines.push_back("  Ground in plan: " + by_material + ".");
+  return lines;
+}
+
 /// How steep the ground is under the blocks, over their width, and the dip that their friction there holds by itself. Empty where there is no ground below.
 std::string dip_line(const World& w) {
   const coupling::Environment& env = w.system->environment();
@@ -99,15 +125,16 @@ std::string dip_line(const World& w) {
     const dda::Model::Block& block = model.blocks[static_cast<std::size_t>(w.placed(i))];
     if (block.fixed) continue;
     const Vec3 c = w.pose(i).c;
-    const double on_terrain = ground_height(env.terrain.get(), {}, c.x(), c.y()), on_plane = ground_height(nullptr, env.planes, c.x(), c.y());
-    const auto height = [&](double x, double y) { return ground_height(env.terrain.get(), env.planes, c.x() + x, c.y() + y); };
+    const contact::Plumb under = env.terrain ? contact::plumb_at(*env.terrain, c) : contact::Plumb{};
+    const double on_plane = ground_height(nullptr, env.planes, c);
+    const auto height = [&](double x, double y) { return ground_height(env.terrain.get(), env.planes, c + Vec3(x, y, 0)); };
     const double r = block.shape->radius;
     const double slope = std::hypot(height(r, 0) - height(-r, 0), height(0, r) - height(0, -r)) / (2 * r);
     if (!std::isfinite(slope)) continue;
     int ground = -1;
-    if (std::isfinite(on_terrain) && !(on_plane > on_terrain)) ground = env.terrain->surface().default_material;
+    if (under.triangle >= 0 && !(on_plane > under.floor)) ground = material_of(env.terrain->surface(), under.triangle);
     for (const Plane& plane : env.planes)
-      if (ground < 0 && ground_height(nullptr, {plane}, c.x(), c.y()) == on_plane) ground = plane.material;
+      if (ground < 0 && ground_height(nullptr, {plane}, c) == on_plane) ground = plane.material;
     if (ground < 0) continue;
     dip.add(degree * std::atan(slope));
     held.add(degree * std::atan(env.laws(ground, block.material).friction));
@@ -128,7 +155,7 @@ std::string start_line(const World& w) {
     double height = std::numeric_limits<double>::infinity();
     for (const Vec3& corner : block.shape->vertices) {
       const Vec3 x = pose.world(corner);
-      if (const double ground = ground_height(env.terrain.get(), env.planes, x.x(), x.y()); std::isfinite(ground)) height = std::min(height, x.z() - ground);
+      if (const double ground = ground_height(env.terrain.get(), env.planes, Vec3(x.x(), x.y(), pose.c.z())); std::isfinite(ground)) height = std::min(height, x.z() - ground);
     }
     if (std::isfinite(height)) start.add(height);
   }
@@ -241,8 +268,10 @@ std::vector<std::string> Simulation::plan() const {
     lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
   if (std::string start = start_line(w); !start.empty()) lines.push_back(std::move(start));
   const coupling::Environment& env = w.system->environment();
-  if (env.terrain) lines.push_back(fmt::format("Terrain: {} triangles, fixed, no degrees of freedom.", w.header.terrain.triangles.size()));
-  else lines.push_back("Terrain: none; no raster library is loaded.");
+  if (env.terrain)
+    for (std::string& line : terrain_lines(w)) lines.push_back(std::move(line));
+  else
+    lines.push_back("Terrain: none; no raster library is loaded.");
   if (!env.planes.empty()) lines.push_back(fmt::format("Planes: {}, fixed.", env.planes.size()));
   if (env.structures.empty()) {
     lines.push_back("Structures: none; the finite-element module is not loaded, no MPI start-up.");

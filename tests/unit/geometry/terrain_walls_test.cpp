@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 using namespace talus;
 using namespace talus::geometry;
@@ -74,4 +75,37 @@ TEST(TerrainWalls, NoneOfATwoSidedSheet) {
   TriangleSurface s = sheet(2, 0);
   s.two_sided = true;
   EXPECT_EQ(with_border_walls(s, {}, -1).triangles.size(), s.triangles.size());
+}
+
+/// Below the border of a plateau that overhangs the walls end at the underside: with a floor in front the solid is a closed prism, the leaning cliff its front.
+TEST(TerrainWalls, EndAtTheUndersideOfAnOverhang) {
+  TriangleSurface s;
+  s.vertices = {{-10, -10, 10}, {-10, 10, 10}, {1, -10, 10}, {1, 10, 10}, {0, -10, 0}, {0, 10, 0}, {30, -10, 0}, {30, 10, 0}};
+  s.triangles = {{0, 2, 3}, {0, 3, 1}, {2, 4, 5}, {2, 5, 3}, {4, 6, 7}, {4, 7, 5}};
+  const TriangleSurface walled = with_border_walls(s, {}, -3);
+  double area = 0, flux = 0;
+  for (std::size_t t = s.triangles.size(); t < walled.triangles.size(); ++t) {
+    const Vec3 &a = walled.vertices[walled.triangles[t][0]], &b = walled.vertices[walled.triangles[t][1]], &c = walled.vertices[walled.triangles[t][2]];
+    const Vec3 n = 0.5 * (b - a).cross(c - a), middle = (a + b + c) / 3;
+    if (std::abs(n.y()) < 1e-9) continue;
+    EXPECT_GT(n.y() * middle.y(), 0);   // outward
+    area += n.norm();
+    flux += n.y() * middle.y();
+  }
+  const double side = 10 * 10 + 0.5 * 10 * 1 + 3 * 40;   // plateau's rock above the floor, the lean, and below the floor
+  EXPECT_NEAR(area, 2 * side, 1e-3);
+  EXPECT_NEAR(flux, 20 * side, 1e-2);
+}
+
+TEST(TerrainWalls, NoneAtTheTopOfAnUprightSheet) {
+  TriangleSurface s;
+  s.vertices = {{0, 0, 0}, {0, 5, 0}, {0, 5, 8}, {0, 0, 8}};
+  s.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const TriangleSurface walled = with_border_walls(s, {}, -3);
+  EXPECT_EQ(walled.triangles.size(), 4u);   // it goes on below its foot
+  for (const auto& t : walled.triangles) {
+    const Vec3 n = (walled.vertices[t[1]] - walled.vertices[t[0]]).cross(walled.vertices[t[2]] - walled.vertices[t[0]]);
+    EXPECT_GT(n.x(), 0);
+    EXPECT_NEAR(n.y(), 0, 1e-12);
+  }
 }
