@@ -23,9 +23,10 @@ bool hard_alone(const std::vector<Touch>& touches) {
 }
 }
 
-IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop) {
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop, std::span<const double> rows) {
   begin(island);
   stop_ = stop;
+  rows_ = rows;
   suggested_ = first_step;
   IslandReport report = run(t, duration);
   end_following();
@@ -89,6 +90,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       continue;
     }
     correct_structures(trial.start, taken);
+    const bool recorded = begin_motion(trial.start, t + (done + taken));
     commit(t + done + taken, taken);
     done += taken;
     last_length_ = leapfrog() ? taken : 0;
@@ -105,6 +107,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       report_.at_rest = false;
     }
     measure_way();
+    if (recorded) end_motion();
   }
   report_.next_step = suggested_;
   return report_;
