@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "contact/problem.hpp"
+#include "coupling/motion.hpp"
 #include "coupling/node_places.hpp"
 #include "coupling/pair_watch.hpp"
 #include "coupling/spring_carry.hpp"
@@ -50,6 +51,7 @@ struct IslandReport {
   Counters counters;
   std::vector<StructureContact> rows;     // contacts on structures, one per contact and step
   AuditSums audit;
+  IslandMotion motion;                    // over the steps that rows fall into
   std::vector<double> went;               // of each block, farthest that a point of it may have come from where it began, at the ends of steps [m]
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
@@ -65,8 +67,9 @@ class IslandStepper {
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
                 ContactHistory& surface_history, const StepSettings& settings);
   ~IslandStepper();
-  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes non-zero.
-  IslandReport advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop = nullptr);
+  /// Advances from t to t + duration; `first_step` is a hint (0: none). Ends early, soon after `stop` becomes non-zero. `rows`: ascending times that the report's
+  /// motion is wanted at; no step depends on them.
+  IslandReport advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
 
  private:
   struct Body;
@@ -104,6 +107,10 @@ class IslandStepper {
   void look_for_gains();
   void rest_check(double h);
   void measure_way();
+  // island_motion.cpp
+  bool begin_motion(double t0, double t1);
+  void end_motion();
+  double spring_energy_of_island() const;
   // island_try.cpp
   bool take(Trial& trial);
   bool refused(Trial& trial, const Outcome& outcome);
@@ -315,6 +322,8 @@ class IslandStepper {
   contact::ContactSolver solver_;
   contact::ContactProblem problem_;
   const Island* island_ = nullptr;
+  std::span<const double> rows_;             // times that rows fall due at, ascending [s]
+  std::vector<dda::BlockState> starts_;      // of the bodies in the step at hand, after impulses of no duration
   const std::atomic<int>* stop_ = nullptr;   // non-zero: end soon, what was computed since the start is thrown away
   struct Began { Vec3 c; Quat q; Vec6 eps; };
   std::vector<Began> began_;   // where the bodies were as the stretch began
@@ -360,7 +369,11 @@ class IslandStepper {
   std::vector<Saved> saved_;
   std::optional<std::vector<Vec6>> allowed_;   // accelerations that the contacts allow at the start of the step, if known
   struct BeforeDrift {                    // all that taking a step changes, until the correction of its drift is known to be one
-    IslandReport report;
+    Ledger ledger;
+    Counters counters;
+    AuditSums audit;
+    std::size_t rows = 0, works = 0, segments = 0;    // of the report
+    std::vector<StructureContact> impacts;            // not reported yet
     std::vector<std::vector<ContactMemory>> memory;   // per body
     std::vector<Pose> poses;              // per body, at the end of the step before the correction
     double overlaps = 0;                  // sum_of_overlaps() at the start of the step [m]

@@ -32,7 +32,13 @@ double IslandStepper::sum_of_overlaps() const {
 }
 
 void IslandStepper::keep_for_drift() {
-  before_drift_.report = report_;
+  before_drift_.ledger = report_.ledger;
+  before_drift_.counters = report_.counters;
+  before_drift_.audit = report_.audit;
+  before_drift_.rows = report_.rows.size();
+  before_drift_.works = report_.motion.works.size();
+  before_drift_.segments = report_.motion.segments.size();
+  before_drift_.impacts = impacts_on_skin_;
   before_drift_.memory.resize(bodies_.size());
   before_drift_.poses.resize(bodies_.size());
   each_body([&](const Body& b) {
@@ -44,7 +50,13 @@ void IslandStepper::keep_for_drift() {
 
 /// All is as at the start of the step.
 void IslandStepper::take_back() {
-  report_ = std::move(before_drift_.report);
+  report_.ledger = before_drift_.ledger;
+  report_.counters = before_drift_.counters;
+  report_.audit = before_drift_.audit;
+  report_.rows.resize(before_drift_.rows);
+  report_.motion.works.resize(before_drift_.works);
+  report_.motion.segments.resize(before_drift_.segments);
+  impacts_on_skin_ = before_drift_.impacts;
   each_body([&](const Body& b) {
     const auto i = static_cast<std::size_t>(&b - bodies_.data());
     history_[static_cast<std::size_t>(b.block)].swap(before_drift_.memory[i]);

@@ -23,9 +23,10 @@ bool hard_alone(const std::vector<Touch>& touches) {
 }
 }
 
-IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop) {
+IslandReport IslandStepper::advance(const Island& island, double t, double duration, double first_step, const std::atomic<int>* stop, std::span<const double> rows) {
   begin(island);
   stop_ = stop;
+  rows_ = rows;
   suggested_ = first_step;
   IslandReport report = run(t, duration);
   end_following();
@@ -95,7 +96,9 @@ IslandReport IslandStepper::run(double t, double duration) {
     }
     keep_for_drift();
     correct_structures(trial.start, taken);
+    const bool recorded = begin_motion(trial.start, t + (done + taken));
     commit(t + done + taken, taken);
+    last_length_ = leapfrog() ? taken : 0;
     ++report_.counters.steps;
     report_.counters.last_step = taken;
     if (!problem_.contacts.empty() || trial.closed) {
@@ -116,8 +119,8 @@ IslandReport IslandStepper::run(double t, double duration) {
       report_.at_rest = false;
     }
     measure_way();
+    if (recorded) end_motion();
     done += taken;
-    last_length_ = leapfrog() ? taken : 0;
   }
   report_.next_step = suggested_;
   return report_;
@@ -265,7 +268,7 @@ IslandReport IslandStepper::fail_at_smallest_step() {
 
 /// Energy that the step just taken made, and dissipation that it undid, its correction of positions included.
 void IslandStepper::look_for_gains() {
-  const Ledger &before = before_drift_.report.ledger, &after = report_.ledger;
+  const Ledger &before = before_drift_.ledger, &after = report_.ledger;
   Counters& n = report_.counters;
   const double made = before.algorithmic - after.algorithmic;
   if (made > 0) {

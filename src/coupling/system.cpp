@@ -12,12 +12,14 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/multiples.hpp"
 #include "core/ranks.hpp"
 
 namespace talus::coupling {
 namespace {
 
 constexpr int few_blocks = 12;                 // in motion, up to which a stretch beside a structure is not shortened
+constexpr double on_clock = 1e-9;              // of a stretch: instants so near to each other are one
 constexpr double crowded_steps = 128;          // sub-steps of a structure in a stretch, among debris
 
 /// The whole skin as it is now.
@@ -166,7 +168,7 @@ double farthest(const SkinBefore& before, const StructurePart& part) {
 
 }  // namespace
 
-bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::string& failure) {
+bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, std::string& failure) {
   const bool blocks_move = std::any_of(model_.blocks.begin(), model_.blocks.end(), [](const dda::Model::Block& b) { return b.ndof() > 0; });
   const bool searched = blocks_move || !env_.touching_structures.empty();   // a structure on its own meets nothing
   for (StructurePart& part : env_.structures)
@@ -196,7 +198,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     };
     for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
     for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
-    reports[i] = stepper->advance(island, state_.time, duration, hint, stop);
+    reports[i] = stepper->advance(island, state_.time, duration, hint, stop, rows);
   };
   if (settings_.threads > 1 && p.islands.size() > 1) {
     tbb::parallel_for(std::size_t{0}, p.islands.size(), run);
@@ -234,6 +236,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     return false;
   }
 
+  if (!rows.empty()) {
+    for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
+    keep_motion(reports, before.ledger);
+  }
   for (std::size_t i = 0; i < reports.size(); ++i) {
     IslandReport& r = reports[i];
     state_.ledger += r.ledger;
@@ -348,16 +354,37 @@ void CoupledSystem::widen() {
   for (const Farther& f : escapes_) wider_.push_back({f.kind, f.index, 2 * f.way});
 }
 
-bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
+bool CoupledSystem::advance(double end, const std::atomic<int>* stop, std::span<const double> rows) {
   bool arrived = false;
-  threads_->arena.execute([&] { arrived = go_to(t, stop); });
+  threads_->arena.execute([&] { arrived = go_on(end, stop, rows); });
   return arrived;
 }
 
-bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
-  while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
-    const double longest = state_.stretch > 0 ? state_.stretch : settings_.longest_stretch;
-    const double remaining = t - state_.time;
+bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
+  while (state_.time < t)
+    if (!advance(t, stop)) return false;
+  return true;
+}
+
+double CoupledSystem::longest_stretch() const {
+  const double step = settings_.step.fixed_step;
+  return step > 0 ? Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock))))) : settings_.longest_stretch;
+}
+
+/// The next multiple of the longest stretch on the run's clock, or `end` if that is not later.
+double CoupledSystem::stretch_end(double end) const {
+  const double longest = longest_stretch();
+  const Multiples ends(longest);
+  const long k = ends.after(state_.time + on_clock * longest);
+  return ends.at(k) < end - on_clock * longest ? ends.at(k) : end;
+}
+
+/// One stretch, tried shorter until it stands.
+bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
+  motion_.clear();
+  while (end - state_.time > 1e-12 * std::max(1.0, std::abs(end))) {
+    const double t = stretch_end(end), remaining = t - state_.time;
+    const double longest = state_.stretch > 0 ? state_.stretch : longest_stretch();
     double duration = std::min(remaining, longest);
     if (duration < remaining) duration = remaining / std::ceil(remaining / duration - 1e-9);
     std::string failure;
@@ -367,7 +394,7 @@ bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
     const std::atomic<int>* within = ranks() == nullptr ? stop : nullptr;
     escapes_.clear();
     const long sub_steps = sums_.counters.structure_steps;
-    if (!stretch(duration, within, failure)) {
+    if (!stretch(duration, within, rows, failure)) {
       if (!failure.empty()) throw NumericalFailure(failure);
       if (within != nullptr && within->load() != 0) return false;
       if (0.5 * duration >= settings_.step.min_step) state_.stretch = 0.5 * duration;
@@ -376,13 +403,58 @@ bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
     }
     wider_.clear();
     state_.time = duration == remaining ? t : start + duration;
-    state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
-    if (sums_.counters.structure_steps == sub_steps) continue;
+    state_.stretch = 2 * longest < longest_stretch() ? 2 * longest : 0;
+    if (sums_.counters.structure_steps == sub_steps) return true;
     const double limit = crowd_limit(model_, env_, state_.asleep, few_blocks);
-    if (limit > 0 && limit < settings_.longest_stretch && (state_.stretch == 0 || state_.stretch > limit)) state_.stretch = limit;
+    if (limit > 0 && limit < longest_stretch() && (state_.stretch == 0 || state_.stretch > limit)) state_.stretch = limit;
+    return true;
   }
-  state_.time = t;
+  state_.time = end;
   return true;
+}
+
+/// What rows are read off until the next stretch; the contact memory is that of its end.
+void CoupledSystem::keep_motion(std::span<IslandReport> reports, const Ledger& start) {
+  std::vector<char> moved(model_.blocks.size(), 0);
+  for (IslandReport& r : reports) {
+    if (r.motion.works.empty()) continue;
+    for (const int b : r.motion.blocks) moved[static_cast<std::size_t>(b)] = 1;
+    std::stable_sort(r.motion.segments.begin(), r.motion.segments.end(), [](const MotionSegment& a, const MotionSegment& b) { return a.block < b.block; });
+    motion_.push_back(std::move(r.motion));
+  }
+  works_before_ = start;
+  works_before_.contact = 0;
+  for (std::size_t b = 0; b < moved.size(); ++b)
+    if (moved[b] == 0)
+      for (const ContactMemory& m : state_.contacts[b]) works_before_.contact += m.normal_energy + m.shear_energy;
+}
+
+namespace {
+MotionSegment piece_of(int block) {
+  MotionSegment piece;
+  piece.block = block;
+  return piece;
+}
+double whole(const dda::BlockEnergy& e) { return e.translational + e.rotational + e.straining + e.strain_energy + e.potential; }
+}  // namespace
+
+Moment CoupledSystem::at(double t) const {
+  Moment now{t, state_.blocks, state_.ledger};
+  now.works.contact = spring_energy();
+  if (t >= state_.time || motion_.empty()) return now;
+  now.works = works_before_;
+  for (const IslandMotion& island : motion_) {
+    double energy = 0;
+    for (const int b : island.blocks) {
+      const auto of_block = std::equal_range(island.segments.begin(), island.segments.end(), piece_of(b), [](const MotionSegment& x, const MotionSegment& y) { return x.block < y.block; });
+      const auto step = std::partition_point(of_block.first, of_block.second, [&](const MotionSegment& s) { return s.t1 < t; });
+      if (step != of_block.second) dda::set_block_state(now.blocks, b, evaluate(*step, t, model_));
+      energy += whole(dda::energy(model_, now.blocks, b));
+    }
+    const auto step = std::partition_point(island.works.begin(), island.works.end(), [&](const WorkSegment& s) { return s.t1 < t; });
+    now.works += step == island.works.end() ? island.works.back().after : evaluate(*step, t, energy);
+  }
+  return now;
 }
 
 }  // namespace talus::coupling

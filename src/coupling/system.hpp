@@ -1,5 +1,7 @@
 /// Blocks and structures as one system: islands, sleep, structures that nothing touches, and the synchronised stretch.
 ///
+/// A stretch (macro step) ends at the next multiple of the longest stretch on the run's own clock, sooner where the motion asks for it, and at the end of the run; what is
+/// recorded is read off the steps within it (motion.hpp).
 /// Within a stretch every island of blocks that may meet (swept boxes overlap) advances on its own steps; a block that leaves the
 /// box it was given makes the stretch be repeated, halved. Resting islands sleep on a static certificate: the contact problem
 /// started from v = 0 answers v = 0, so nothing would change. They wake when an awake block's swept box reaches them.
@@ -37,7 +39,14 @@ struct SystemSettings {
   StepSettings step;
   bool sleeping = true;
   int threads = 1;
-  double longest_stretch = 0.05;         // [s]
+  double longest_stretch = 0.05;         // [s]; with a fixed step, the whole number of steps nearest below, at least one
+};
+
+/// Blocks and works at one time.
+struct Moment {
+  double time = 0;
+  dda::State blocks;
+  Ledger works;   // `contact`: stored in springs then
 };
 
 /// Pairs whose contacts so far are in the state; empty: none.
@@ -48,9 +57,16 @@ class CoupledSystem {
   CoupledSystem(dda::Model model, SystemState state, Environment environment, const SystemSettings& settings);
   ~CoupledSystem();
 
-  /// Advances to time t exactly. Throws NumericalFailure naming the island if its smallest step cannot be solved; the state is
-  /// then the last committed one. False if `stop` became non-zero: the state is that of the last stretch, to go on from.
+  /// Advances by one stretch, which ends at `end` at the latest, and exactly there if it reaches it. Throws NumericalFailure naming the island if its smallest step cannot
+  /// be solved; the state is then the last committed one. False if `stop` became non-zero: the state is that of the last stretch, to go on from.
+  /// `rows`: ascending times at which at() will be asked for; no step depends on them.
+  bool advance(double end, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
+  /// Advances to time t exactly, stretch by stretch.
   bool advance_to(double t, const std::atomic<int>* stop = nullptr);
+  /// Longest stretch [s].
+  double longest_stretch() const;
+  /// Blocks and works now, or at one of the rows of the last advance().
+  Moment at(double t) const;
 
   const dda::Model& model() const { return model_; }
   dda::Model& model() { return model_; }
@@ -108,8 +124,10 @@ class CoupledSystem {
   bool meets_others(double stretch, const Plan& p, SystemState& before);
   void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
   void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
-  bool go_to(double t, const std::atomic<int>* stop);
-  bool stretch(double duration, const std::atomic<int>* stop, std::string& failure);
+  bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
+  double stretch_end(double end) const;
+  bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, std::string& failure);
+  void keep_motion(std::span<IslandReport> reports, const Ledger& start);
   void widen();
   void replay(StructurePart& part, double duration, std::span<const StructureContact> rows);
 
@@ -120,6 +138,8 @@ class CoupledSystem {
   SystemSettings settings_;
   RunSums sums_;
   std::vector<StructureContact> rows_;
+  std::vector<IslandMotion> motion_;    // of the last stretch
+  Ledger works_before_;                 // as it began; `contact`: of the springs of blocks that were in none of its islands
   std::vector<std::string> schemes_;
   int islands_ = 0;
   struct Threads;                       // whose number the loops of steps keep to: outside of them a loop takes all cores

@@ -54,11 +54,21 @@ struct State {
   Mat3 rotation(int i) const { return q[static_cast<std::size_t>(i)].toRotationMatrix(); }
 };
 
+/// State of one block.
+struct BlockState {
+  Vec3 c = Vec3::Zero(), v = Vec3::Zero(), w = Vec3::Zero();
+  Quat q = Quat::Identity();
+  Vec6 eps = Vec6::Zero(), eps_rate = Vec6::Zero();
+};
+BlockState block_state(const State& s, int i);
+void set_block_state(State& s, int i, const BlockState& b);
+
 /// Symmetric tensor of a strain vector (half the engineering shears off the diagonal).
 Mat3 strain_tensor(const Vec6& e);
 
 /// Pose of block i: c, F = R (I + eps).
 Pose pose(const State& s, int i);
+Pose pose(const BlockState& s);
 
 /// 6 x 6 elastic matrix for engineering strains in the order of Eq. (1) [Pa].
 Mat6 elastic_matrix(double young, double poisson);
@@ -67,6 +77,7 @@ struct BlockEnergy { double translational = 0, rotational = 0, straining = 0, st
 /// Kinetic (split), strain energy and gravity potential (zero at z = 0) [J]. `rotational` holds the energy of w alone, `straining`
 /// the energy of epsdot and its coupling with w.
 BlockEnergy energy(const Model& m, const State& s, int i);
+BlockEnergy energy(const Model::Block& b, const Vec3& gravity, const BlockState& s);
 
 /// Linear momentum [kg m/s] and angular momentum about the scene origin [kg m^2/s] of block i.
 void momentum(const Model& m, const State& s, int i, Vec3& linear, Vec3& angular);

@@ -84,10 +84,10 @@ std::vector<Key> general_keys() {
        .doc = "Parts of a structure that lose their support go on as blocks."},
 
       {.path = "output", .type = Type::table, .doc = "What is written, and how often."},
-      {.path = "output.interval", .type = Type::quantity, .dimension = time, .fallback = "0.05 s", .doc = "Between fields (frames of the playback).", .min = 0, .above = true},
+      {.path = "output.interval", .type = Type::quantity, .dimension = time, .fallback = "0.05 s", .doc = "Between fields (frames of the playback); read off like histories.", .min = 0, .above = true},
       {.path = "output.history_interval", .type = Type::quantity, .dimension = time, .fallback = "0.01 s",
-       .doc = "Between history rows. Every island hits these times exactly.", .min = 0, .above = true},
-      {.path = "output.checkpoint_steps", .type = Type::integer, .fallback = "0", .doc = "History rows between checkpoints; 0 lets the program choose (200).", .min = 0, .max = 1e9},
+       .doc = "Between history rows. They are read off the steps that they fall into: no step of blocks ends because of them. While a structure takes steps, intervals of the system end at them.", .min = 0, .above = true},
+      {.path = "output.checkpoint_steps", .type = Type::integer, .fallback = "0", .doc = "Macro steps, of 0.05 s at most, between checkpoints; 0 lets the program choose (200).", .min = 0, .max = 1e9},
       {.path = "output.report", .type = Type::boolean, .fallback = "true", .doc = "Writes report.html at the end."},
 
       {.path = "resolved", .type = Type::table, .doc = "Written by the program into scene.resolved.json; not for scenes written by hand."},

@@ -75,7 +75,6 @@ std::unique_ptr<World> Builder::build() {
   settings.step.exchanges_per_rise = s.coupling.exchanges_per_rise;
   settings.sleeping = s.simulation.sleeping;
   settings.threads = std::max(1, s.simulation.threads);
-  settings.longest_stretch = std::max(0.05, s.output.history_interval);
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
   // What starts from an earlier run is looked at as that run left it (start_from).

@@ -1,4 +1,4 @@
-// The run: the world advances from instant to instant of recording, the sink is told.
+// The run: the world advances stretch by stretch, rows are read off the steps that they fall into, the sink is told.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/multiples.hpp"
 #include "core/ranks.hpp"
 #include "sim/audit.hpp"
 #include "sim/simulation.hpp"
@@ -29,22 +30,26 @@ class Clocks {
   std::clock_t cpu_ = std::clock();
 };
 
-/// The instants at which histories and fields are due: multiples of their intervals and the end, so that every island hits them exactly and a
-/// restart finds the same ones.
+/// The instants at which histories or fields are due: multiples of their interval and the end. All up to the world's time have been recorded, so that a restart finds the same ones.
 class Instants {
  public:
-  Instants(double from, double duration, double interval) : duration_(duration), interval_(interval), index_(static_cast<long>(std::floor(from / interval + same)) + 1) {}
+  Instants(double from, double duration, double interval) : duration_(duration), multiples_(interval), index_(multiples_.after(from)) {}
   double next() const {
-    const double t = static_cast<double>(index_) * interval_;
+    const double t = multiples_.at(index_);
     return t > duration_ * (1 - 1e-12) ? duration_ : t;
   }
-  /// Instants that differ by rounding are one: a restart at the first takes the other for passed.
-  bool due(double t) const { return t >= next() - same * std::min(interval_, duration_); }
   void pass() { ++index_; }
+  /// Adds those up to t.
+  void list(double t, std::vector<double>& to) const {
+    for (Instants i = *this; i.next() <= t; i.pass()) {
+      to.push_back(i.next());
+      if (i.next() == duration_) break;
+    }
+  }
 
  private:
-  static constexpr double same = 1e-9;
-  double duration_, interval_;
+  double duration_;
+  Multiples multiples_;
   long index_;
 };
 
@@ -79,28 +84,30 @@ class Telling {
     for (const std::string& text : w_.take_warnings()) sink_.warning(text);
   }
 
-  void history() {
-    const HistoryRow row = w_.row();
+  void history(const Moment& moment) {
+    const HistoryRow row = w_.row(moment);
     sink_.history(row);
-    RunCounters n = counters();
-    sink_.progress(w_.time(), w_.scene.simulation.duration, n, w_.energy_peak > 0 ? row.ledger.residual / w_.energy_peak : 0);
-    last_row_ = w_.time();
+    residual_ = w_.energy_peak > 0 ? row.ledger.residual / w_.energy_peak : 0;
+    last_row_ = moment.time;
   }
 
-  void field() {
+  void field(const Moment& moment) {
     std::vector<Pose> poses;
-    for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i) poses.push_back(w_.pose(i));
+    for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i) poses.push_back(w_.pose(i, moment));
     std::vector<Structure::Snapshot> snapshots;
     for (const coupling::StructurePart& p : w_.system->environment().structures) snapshots.push_back(p.structure->snapshot());
-    sink_.field(w_.time(), poses, snapshots);
+    sink_.field(moment.time, poses, snapshots);
   }
+
+  void progress() { sink_.progress(w_.time(), w_.scene.simulation.duration, counters(), residual_); }
 
   /// Everything of an instant that nothing has been told of yet: where a run failed is what one wants to see.
   void failure() {
     contacts();
     if (w_.time() <= last_row_) return;
-    history();
-    field();
+    const Moment now = w_.now();
+    history(now);
+    field(now);
   }
 
   RunCounters counters() const {
@@ -113,7 +120,8 @@ class Telling {
   World& w_;
   Sink& sink_;
   Clocks clocks_;
-  double last_row_;   // time of the last history row [s]
+  double last_row_;       // time of the last history row [s]
+  double residual_ = 0;   // its energy residual over the largest kinetic energy
 };
 
 bool all_left(const World& w) {
@@ -161,16 +169,24 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   RunResult result;
   Telling tell(w, sink);
   Instants histories(w.time(), duration, s.output.history_interval), fields(w.time(), duration, s.output.interval);
+  w.begin_ledger();
   if (w.time() == 0 && !w.restored) {
-    tell.history();
-    tell.field();
+    const Moment start = w.now();
+    tell.history(start);
+    tell.field(start);
+    tell.progress();
   }
-  const int checkpoint_rows = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
+  const int checkpoint_steps = s.output.checkpoint_steps > 0 ? s.output.checkpoint_steps : 200;
   long since_checkpoint = 0;
+  std::vector<double> rows;   // that the next stretch may reach
   try {
     while (duration - w.time() > 1e-12 * duration) {
-      const double t = std::min(histories.next(), fields.next());
-      const bool arrived = agreed(stop) == 0 && w.advance_to(t, stop);
+      const double end = w.rows_end_steps() ? std::min(histories.next(), fields.next()) : duration;
+      rows.clear();
+      for (const Instants* due : {&histories, &fields}) due->list(w.time() + 1.01 * w.longest_advance(), rows);   // more than it can reach, by rounding
+      std::sort(rows.begin(), rows.end());
+      rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+      const bool arrived = agreed(stop) == 0 && w.advance(end, rows, stop);
       tell.contacts();
       if (!arrived) {
         interrupted(result, agreed(stop), w.time());
@@ -180,18 +196,20 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
       tell.fragments();
       tell.warnings();
       const bool rest = s.simulation.until_rest && !w.paper && w.system->at_rest();
-      const bool last = t >= duration || rest;
-      if (histories.due(t) || last) {
-        tell.history();
-        histories.pass();
-        ++since_checkpoint;
+      const bool last = w.time() >= duration || rest;
+      if (rest && (rows.empty() || !std::binary_search(rows.begin(), rows.end(), w.time()))) rows.insert(std::upper_bound(rows.begin(), rows.end(), w.time()), w.time());
+      for (const double t : rows) {
+        if (t > w.time()) break;
+        const Moment moment = w.at(t);
+        const bool at_end = last && t == w.time();
+        if (histories.next() <= t || at_end) tell.history(moment);
+        if (fields.next() <= t || at_end) tell.field(moment);
+        if (histories.next() <= t) histories.pass();
+        if (fields.next() <= t) fields.pass();
       }
-      if (fields.due(t) || last) {
-        tell.field();
-        fields.pass();
-      }
+      tell.progress();
       // After everything of this instant: a restart records only what comes later.
-      if (since_checkpoint >= checkpoint_rows && !last) {
+      if (++since_checkpoint >= checkpoint_steps && !last) {
         since_checkpoint = 0;
         sink.checkpoint(save());
       }
@@ -213,7 +231,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     result.audit_made = w.system->counters().structure_steps + w.system->counters().condensed_steps > 0;
   }
   if (s.coupling.strict && result.exit_code == 0) {
-    const LedgerRow ledger = w.ledger();
+    const LedgerRow ledger = w.ledger(w.now());
     const double moved = energy_moved(w), scale = moved > 0 ? 1 / moved : 0;
     result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;

@@ -34,7 +34,7 @@ class Sink {
   virtual void extend(std::span<const RunHeader::BlockInfo>) {}
   virtual void warning(const std::string& /*text*/) {}
   virtual void checkpoint(const Checkpoint&) {}
-  /// After every history row: t, duration, statistics, relative energy residual.
+  /// After every stretch: t, duration, statistics, relative energy residual.
   virtual void progress(double /*time*/, double /*duration*/, const RunCounters&, double /*residual*/) {}
 };
 

@@ -7,10 +7,19 @@
 #include <fmt/format.h>
 
 #include "core/error.hpp"
+#include "core/multiples.hpp"
 #include "core/names.hpp"
 #include "core/ranks.hpp"
 
 namespace talus::sim {
+
+namespace {
+
+constexpr double paper_at_once = 0.05;   // steps of dda-1988 are taken until so much time has passed [s]
+
+double paper_step(const scene::Scene& scene) { return scene.simulation.step.value_or(1e-4); }
+
+}  // namespace
 
 Pose World::pose(int listed) const {
   const int block = placed(listed);
@@ -18,25 +27,103 @@ Pose World::pose(int listed) const {
   return dda::pose(system->state().blocks, block);
 }
 
-bool World::advance_to(double t, const std::atomic<int>* stop) {
-  return paper ? advance_paper(t, stop) : system->advance_to(t, stop);
+Pose World::pose(int listed, const Moment& moment) const {
+  const int block = placed(listed);
+  const auto k = static_cast<std::size_t>(block);
+  if (paper && k < moment.map.size()) return {moment.blocks.c[k], moment.map[k]};
+  return dda::pose(moment.blocks, block);
 }
 
-/// The blocks step by step; structures of scheme "one-way" take the forces of each. While nothing touches them they stay behind, at the system's time.
-bool World::advance_paper(double t, const std::atomic<int>* stop) {
+bool World::rows_end_steps() const {
+  const auto& structures = system->environment().structures;
+  return std::any_of(structures.begin(), structures.end(), [](const coupling::StructurePart& part) { return part.stepped(); });
+}
+
+double World::longest_advance() const { return paper ? std::max(paper_at_once, paper_step(scene)) : system->longest_stretch(); }
+
+double World::blocks_kinetic() const {
+  if (paper && paper->steps > 0) return paper->kinetic;
+  double sum = 0;
+  for (int i = 0; i < static_cast<int>(system->model().blocks.size()); ++i) {
+    if (system->model().blocks[static_cast<std::size_t>(i)].fixed) continue;
+    const dda::BlockEnergy e = dda::energy(system->model(), system->state().blocks, i);
+    sum += e.translational + e.rotational + e.straining;
+  }
+  return sum;
+}
+
+bool World::advance(double end, std::span<const double> rows, const std::atomic<int>* stop) {
+  const bool arrived = paper ? advance_paper(end, rows, stop) : system->advance(end, stop, rows);
+  if (!arrived) return false;
+  // With that of structures, which costs as much as a step, where rows are taken.
+  if (!rows_end_steps()) energy_peak = std::max(energy_peak, blocks_kinetic());
+  else if (!rows.empty() && rows.front() <= time()) energy_peak = std::max(energy_peak, ledger(now()).kinetic);
+  return true;
+}
+
+Moment World::at(double t) const {
+  if (!paper) {
+    Moment moment;
+    static_cast<coupling::Moment&>(moment) = system->at(t);
+    return moment;
+  }
+  const Moment after = paper_now();
+  if (t >= paper->time || paper_before_.blocks.c.empty() || t < paper_before_.time) return after;
+  // The scheme's displacements are those of the trapezoidal rule, Eq. (7); its maps and works go straight.
+  const double t0 = paper_before_.time, h = paper->time - t0, r = (t - t0) / h;
+  Moment between = after;
+  between.time = t;
+  const dda::Model& model = system->model();
+  double dip = 0;   // of the kinetic energy, by velocities that change in proportion to time
+  for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const dda::BlockState a = dda::block_state(paper_before_.blocks, i), b = dda::block_state(after.blocks, i);
+    dda::set_block_state(between.blocks, i, evaluate(coupling::MotionSegment{i, coupling::MotionSegment::Path::trapezoid, t0, paper->time, a, b}, t, model));
+    if (!model.blocks[k].fixed) dip += 0.5 * model.blocks[k].mass * (b.v - a.v).squaredNorm();
+    if (k < after.map.size() && k < paper_before_.map.size()) between.map[k] = paper_before_.map[k] + r * (after.map[k] - paper_before_.map[k]);
+  }
+  const auto straight = [r](double a, double b) { return a + r * (b - a); };
+  between.kinetic = straight(paper_before_.kinetic, after.kinetic) - r * (1 - r) * dip;
+  between.strain_energy = straight(paper_before_.strain_energy, after.strain_energy);
+  between.works.contact = straight(paper_before_.works.contact, after.works.contact);
+  between.works.friction_work = straight(paper_before_.works.friction_work, after.works.friction_work);
+  between.works.algorithmic = straight(paper_before_.works.algorithmic, after.works.algorithmic);
+  return between;
+}
+
+Moment World::paper_now() const {
+  Moment now;
+  now.time = paper->time;
+  now.blocks = system->state().blocks;
+  now.map = paper->history.map;
+  now.works.friction_work = paper->friction_work;
+  now.works.algorithmic = paper->algorithmic;
+  now.works.contact = paper->contact_energy;
+  now.strain_energy = paper->strain_energy;
+  now.kinetic = blocks_kinetic();
+  return now;
+}
+
+/// Steps of equal length on the run's own clock, up to the first whose end reaches a row, or for as long as a stretch; structures of scheme "one-way" take the forces of each
+/// step. While nothing touches them they stay behind, at the system's time.
+bool World::advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop) {
   PaperScheme& p = *paper;
-  const double dt = scene.simulation.step.value_or(1e-4);
+  const double dt = paper_step(scene), from = p.time, same = 1e-9 * dt;
+  const Multiples clock(dt);
   const coupling::Environment& env = system->environment();
-  const auto structures_to = [&](double time, std::span<const coupling::StructureContact> rows) {
+  const auto structures_to = [&](double time, std::span<const coupling::StructureContact> forces) {
     const double behind = time - system->state().time;
-    if (behind > 1e-9 * dt) system->advance_structures(behind, rows);
+    if (behind > same) system->advance_structures(behind, forces);
     system->state().time = time;
   };
-  while (t - p.time > 1e-9 * dt) {
+  while (end - p.time > same && p.time - from < paper_at_once - same && (rows.empty() || p.time < rows.front())) {
     if (agreed(stop) != 0) return false;
-    const double h = std::min(dt, t - p.time), start = p.time;
+    const double start = p.time, next = clock.at(clock.after(start + same));
+    const bool last = next > end - same;
+    const double h = last ? std::min(dt, end - start) : dt;
+    if (coupling::falls_into(rows, start, last ? end : next)) paper_before_ = paper_now();
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
-    p.time += h;
+    p.time = last ? end : next;
     p.steps += r.substeps;
     p.iterations += r.iterations;
     p.cuts += r.step_cuts;
@@ -48,17 +135,17 @@ bool World::advance_paper(double t, const std::atomic<int>* stop) {
     p.contact_energy = r.contact;
     p.strain_energy = r.strain;
     p.kinetic = r.kinetic;
-    std::vector<coupling::StructureContact> rows;
+    std::vector<coupling::StructureContact> forces;
     for (const dda::Shi1988Load& load : r.loads)
       if (load.surface >= p.first_structure)
-        rows.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
-                        .normal = load.normal, .area = load.area});
-    if (rows.empty()) continue;
+        forces.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
+                          .normal = load.normal, .area = load.area});
+    if (forces.empty()) continue;
     structures_to(start, {});
-    structures_to(p.time, rows);
+    structures_to(p.time, forces);
   }
-  p.time = t;
-  structures_to(t, {});
+  if (end - p.time <= same) p.time = end;
+  structures_to(p.time, {});
   return true;
 }
 
@@ -152,10 +239,10 @@ std::vector<std::string> World::take_warnings() {
   return list;
 }
 
-LedgerRow World::ledger() {
+LedgerRow World::ledger(const Moment& moment) const {
   LedgerRow l;
   const dda::Model& model = system->model();
-  const dda::State& s = system->state().blocks;
+  const dda::State& s = moment.blocks;
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
     if (model.blocks[static_cast<std::size_t>(i)].fixed) continue;
     const dda::BlockEnergy e = dda::energy(model, s, i);
@@ -167,19 +254,14 @@ LedgerRow World::ledger() {
     l.linear_momentum += p;
     l.angular_momentum += a;
   }
-  const coupling::Ledger& c = system->state().ledger;
   if (paper) {
-    l.strain = paper->strain_energy;
-    l.kinetic = paper->steps > 0 ? paper->kinetic : l.kinetic;
-    l.contact = paper->contact_energy;
-    l.friction_work = paper->friction_work;
-    l.algorithmic = paper->algorithmic;
-  } else {
-    l.contact = system->spring_energy();
-    l.friction_work = c.friction_work;
-    l.damping_work = c.damping_work;
-    l.algorithmic = c.algorithmic;
+    l.strain = moment.strain_energy;
+    l.kinetic = moment.kinetic;
   }
+  l.contact = moment.works.contact;
+  l.friction_work = moment.works.friction_work;
+  l.damping_work = moment.works.damping_work;
+  l.algorithmic = moment.works.algorithmic;
   for (const coupling::StructurePart& part : system->environment().structures) {
     if (!part.stepped()) continue;
     const StructureEnergy e = part.structure->energy();
@@ -196,20 +278,23 @@ LedgerRow World::ledger() {
   }
   const double now = l.kinetic + l.potential + l.strain + l.contact;
   const double dissipated = l.friction_work + l.damping_work + l.damage_work + l.algorithmic;
-  if (!built_energy) {
-    energy_start = now;
-    built_energy = true;
-  }
-  energy_peak = std::max(energy_peak, l.kinetic);
   l.residual = now + dissipated - energy_start - l.external_work;
   return l;
 }
 
-HistoryRow World::row() {
+void World::begin_ledger() {
+  if (built_energy) return;
+  const LedgerRow l = ledger(now());
+  energy_start = l.kinetic + l.potential + l.strain + l.contact;
+  energy_peak = std::max(energy_peak, l.kinetic);
+  built_energy = true;
+}
+
+HistoryRow World::row(const Moment& moment) const {
   HistoryRow r;
-  r.time = time();
+  r.time = moment.time;
   const dda::Model& model = system->model();
-  const dda::State& s = system->state().blocks;
+  const dda::State& s = moment.blocks;
   for (int i = 0; i < static_cast<int>(model.blocks.size()); ++i) {
     const auto k = static_cast<std::size_t>(placed(i));
     const dda::BlockEnergy e = dda::energy(model, s, placed(i));
@@ -235,7 +320,7 @@ HistoryRow World::row() {
     }
     r.structures.push_back(std::move(q));
   }
-  r.ledger = ledger();
+  r.ledger = ledger(moment);
   return r;
 }
 

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ struct PaperScheme {
   double friction_work = 0, algorithmic = 0, worst_penetration = 0, contact_energy = 0, strain_energy = 0, kinetic = 0;
 };
 
+/// What rows are taken of: blocks, works and, of method "dda-1988", its own energies and maps of the vertices.
+struct Moment : coupling::Moment {
+  double strain_energy = 0, kinetic = 0;   // [J], dda-1988
+  std::vector<Mat3> map;                   // per block, dda-1988
+};
+
 class World {
  public:
   scene::Scene scene;
@@ -38,20 +45,29 @@ class World {
   std::vector<std::string> notes;                    // what was left out and why
   Report report;
   double energy_start = 0;                           // [J]
-  double energy_peak = 0;                            // largest kinetic energy so far, the residual's scale [J]
+  double energy_peak = 0;                            // largest kinetic energy at the ends of stretches so far, the residual's scale [J]
   bool built_energy = false;
   bool restored = false;                             // goes on from a checkpoint: what is due at its time has been recorded
 
   double time() const { return paper ? paper->time : system->state().time; }
-  /// Advances to time t exactly; false if `stop` became non-zero before.
-  bool advance_to(double t, const std::atomic<int>* stop = nullptr);
-  bool advance_paper(double t, const std::atomic<int>* stop);
+  /// Advances by one stretch of the system or some steps of dda-1988, to `end` at the latest and then exactly; false if `stop` became non-zero before. `rows`: ascending
+  /// times that rows are wanted at; the motion does not depend on them, unless a structure takes steps (rows_end_steps).
+  bool advance(double end, std::span<const double> rows, const std::atomic<int>* stop = nullptr);
+  /// Longest time that advance() goes on for [s].
+  double longest_advance() const;
+  /// True if rows can be taken at the ends of stretches alone: a structure takes steps, whose histories are those of its own state.
+  bool rows_end_steps() const;
+  /// Now, or at one of the rows of the last advance().
+  Moment at(double t) const;
+  Moment now() const { return at(time()); }
   /// Turns the structures' loose parts into blocks; returns what was added.
   std::vector<RunHeader::BlockInfo> take_fragments();
   /// Structures that have lost the support of a part which stays where it is (coupling.fragments = false): a sentence each, once in a run.
   std::vector<std::string> take_warnings();
-  HistoryRow row();
-  LedgerRow ledger();
+  HistoryRow row(const Moment&) const;
+  LedgerRow ledger(const Moment&) const;
+  /// Energy now is that of the start, from which the ledger's residual counts, unless there is one already.
+  void begin_ledger();
   RunCounters counters() const;
 
   // Results list blocks as the scene does, then fragments; the system has those of the scene in the order of their names.
@@ -60,6 +76,13 @@ class World {
   int placed(int listed) const { return listed < static_cast<int>(place.size()) ? place[static_cast<std::size_t>(listed)] : listed; }
   int listed(int placed) const { return placed < static_cast<int>(order.size()) ? order[static_cast<std::size_t>(placed)] : placed; }
   Pose pose(int listed) const;
+  Pose pose(int listed, const Moment&) const;
+
+ private:
+  bool advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop);
+  double blocks_kinetic() const;
+  Moment paper_now() const;
+  Moment paper_before_;   // start of the last step that a row falls into
 };
 
 /// Blocks that overlap something at the present state, one problem each. What overlaps a structure by no more than its skin has moved from where the scene has

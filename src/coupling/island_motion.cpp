@@ -1,0 +1,48 @@
+// Motion and works of the steps that rows fall into: read off, no step depends on them.
+#include "coupling/island_body.hpp"
+
+namespace talus::coupling {
+
+/// Of the springs of the island's blocks and skins [J].
+double IslandStepper::spring_energy_of_island() const {
+  double sum = 0;
+  const auto add = [&](const std::vector<ContactMemory>& list) {
+    for (const ContactMemory& m : list) sum += m.normal_energy + m.shear_energy;
+  };
+  for (int b : island_->blocks) add(history_[static_cast<std::size_t>(b)]);
+  for (const SurfacePair& pair : island_->surfaces) add(surface_history_[static_cast<std::size_t>(pair.b)]);
+  return sum;
+}
+
+/// Before the step is committed: its start, after impulses of no duration. False: no row falls into it.
+bool IslandStepper::begin_motion(double t0, double t1) {
+  if (!falls_into(rows_, t0, t1)) return false;
+  WorkSegment& work = report_.motion.works.emplace_back();
+  work.t0 = t0, work.t1 = t1;
+  work.before = report_.ledger;
+  work.before.contact = spring_energy_of_island();
+  starts_.clear();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const Saved& s = saved_[i];
+    starts_.push_back({s.c, s.v, s.w, s.q, s.eps, s.eps_rate});
+    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(bodies_[i].block)], model_.gravity, starts_.back());
+    work.energy_before += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
+  }
+  return true;
+}
+
+/// After the corrections at its end.
+void IslandStepper::end_motion() {
+  WorkSegment& work = report_.motion.works.back();
+  work.after = report_.ledger;
+  work.after.contact = spring_energy_of_island();
+  for (std::size_t i = 0; i < bodies_.size(); ++i) {
+    const int b = bodies_[i].block;
+    const dda::BlockState end = dda::block_state(state_, b);
+    const dda::BlockEnergy e = dda::energy(model_.blocks[static_cast<std::size_t>(b)], model_.gravity, end);
+    work.energy_after += e.translational + e.rotational + e.straining + e.strain_energy + e.potential;
+    report_.motion.segments.push_back(motion_segment(model_, b, work.t0, work.t1, starts_[i], end, from_start_));
+  }
+}
+
+}  // namespace talus::coupling
