@@ -63,7 +63,7 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   capacity->add_option("DIR", options.input, "Output directory of a run")->required();
 
   auto* verify = app->add_subcommand("verify", "Verification and stability suites; exit code 1 if any case falls short");
-  verify->add_option("SUITE", options.input, "dda, fem, coupling or stability; all if omitted");
+  verify->add_option("SUITE", options.input, "dda, fem, coupling, stability or invariants; all if omitted");
   verify->add_flag("--quick", options.quick, "The short cases only");
   verify->add_option("-o,--output", options.output, "Directory for verify.html, verify.json and plots")->type_name("DIR");
 

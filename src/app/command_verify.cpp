@@ -17,14 +17,14 @@ int command_verify(const Options& options) {
     suite.resize(slash);
   }
   bool known = suite.empty();
-  for (const char* name : {"dda", "fem", "coupling", "stability"}) known = known || suite == name;
+  for (const char* name : {"dda", "fem", "coupling", "stability", "invariants"}) known = known || suite == name;
   bool found = only.empty();
   for (const verify::Case& c : verify::all_cases()) found = found || (c.suite == suite && c.id == only);
   if (!known || !found) {
     Problem problem;
     problem.key = "SUITE";
     problem.value = options.input;
-    problem.rule = known ? "names no case of its suite" : "must be dda, fem, coupling or stability, or SUITE/CASE";
+    problem.rule = known ? "names no case of its suite" : "must be dda, fem, coupling, stability or invariants, or SUITE/CASE";
     problem.remedy = "leave it out to run all";
     throw InputError(problem);
   }

@@ -143,7 +143,7 @@ void CaseRun::point(const std::string& method, double parameter, double error, c
 const std::vector<Case>& all_cases() {
   static const std::vector<Case> cases = [] {
     std::vector<Case> all;
-    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases})
+    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases, invariant_cases})
       for (Case& c : group()) all.push_back(std::move(c));
     return all;
   }();

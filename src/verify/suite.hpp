@@ -102,7 +102,7 @@ class CaseRun {
 
 /// All cases in a fixed order.
 const std::vector<Case>& all_cases();
-std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), law_cases(), comparison_cases(), stability_cases(), elastic_cases(), concrete_cases(), coupling_cases(), cushion_cases(), impact_stress_cases();
+std::vector<Case> sliding_cases(), turning_cases(), pile_cases(), spring_cases(), law_cases(), comparison_cases(), stability_cases(), elastic_cases(), concrete_cases(), coupling_cases(), cushion_cases(), impact_stress_cases(), invariant_cases();
 
 struct Report {
   std::vector<CaseResult> results;
