@@ -22,7 +22,7 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   if (s.located > 0 && !s.small && !s.still && s.h > 0) {
     settings.velocity_scale = s.speed;
     settings.tolerance = s.located / s.speed;
-    settings.sufficient = 10 * settings.tolerance;
+    settings.sufficient = 2 * settings.tolerance;
     return settings;
   }
   // Where springs make hundreds of steps of one, what they leave adds up, of one sign here and of the other there: so much less is left by each.

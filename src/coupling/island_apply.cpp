@@ -20,6 +20,7 @@ Vec3 rotation_vector(const Quat& q) {
 void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
   b.turn = rotation_vector(q_end * b.q0.conjugate());
   b.mid_c = 0.5 * (b.start.c + b.ref.c);
+  b.about = b.leapfrog ? b.start.c : b.mid_c;
   if (b.turn.isZero(0)) {
     b.half_turn.setIdentity();
     b.full_turn.setIdentity();
@@ -131,7 +132,10 @@ void IslandStepper::move_body(Body& b, double h) {
   if (h == 0 || (b.impulse.segment<3>(3).isZero(0) && f.q.coeffs() == state_.q[k].coeffs())) {
     state_.w[k] = b.v_solved.segment<3>(3);
   } else {
-    set_spin(b.block, b.momentum0 + b.impulse.segment<3>(3), b.ndof == 12);
+    // The point that the way really taken keeps the angular momentum about is another than that of the last pass, which the rows were made about.
+    Vec3 turned = b.impulse.segment<3>(3);
+    if (!b.end_rule && !b.leapfrog && !b.pressed) turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about).cross(b.impulse.head<3>());
+    set_spin(b.block, b.momentum0 + turned, b.ndof == 12);
   }
 }
 

@@ -38,6 +38,7 @@ struct IslandStepper::Body {
   Vec3 turn = Vec3::Zero();            // rotation vector start -> end
   Mat3 half_turn = Mat3::Identity(), full_turn = Mat3::Identity();
   Vec3 mid_c = Vec3::Zero();
+  Vec3 about = Vec3::Zero();          // what rows take moments about: the point of the centroid's way that keeps the angular momentum, c_n + (1 - theta) (c_np - c_n)
   Mat3 carry = Mat3::Identity();       // ref.F start.F^-1
   // result
   Vec12 impulse = Vec12::Zero();       // sum J^T p

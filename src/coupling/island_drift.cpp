@@ -3,17 +3,23 @@
 // Rows hold velocities; positions drift from them by the square of the step, and are corrected after it (island_project.cpp). Two bodies can have
 // come into each other by no more than they moved against each other in the step, beside what they were in each other at its start:
 //
-//   |d_i| <= max over partners j of (s_i + s_j) + sum over pairs of o,     s = |c_np - c_n| + r |F_np - F_n| + g h^2
+//   |d_i| <= L_i (max over partners j of (s_i + s_j) + sum over pairs of o),     s = |c_np - c_n| + r |F_np - F_n| + g h^2
+// beside an overlap of 1e-9 of the block size on either side, which counts as touching.
+//   L = (1 + (1 + r^2/k^2)^(1/2)) / 2:  a contact that is moved by d, with a lever about the centroid, moves no point of its block farther than L d
 //
 // symbol   meaning                                                                  unit
 // d_i      farthest way of a point of body i by the correction                      m
 // s        way of its farthest point in the step, and what a fall may have added    m
+// r, k     radius of the block; its largest radius of gyration                      m
 // o        deepest overlap of a pair's hard contacts at the start of the step, which add up along a column    m
 //
 // A correction beyond that answers to no motion: contact rows that contradict each other, of concave scans wedged between faces of terrain, say, have
 // solutions of any size. Drift falls with the square of the step and motion with the step, so that the step is tried again halved.
 #include <algorithm>
+#include <cmath>
 #include <utility>
+
+#include <Eigen/Eigenvalues>
 
 #include "coupling/island_body.hpp"
 
@@ -69,6 +75,18 @@ double IslandStepper::motion(const Body& body, const Pose& from, const Pose& to)
   return (to.c - from.c).norm() + model_.blocks[static_cast<std::size_t>(body.block)].shape->radius * (to.F - from.F).norm();
 }
 
+namespace {
+
+constexpr double touching = 1e-9;   // of the block size: overlap that counts as touching
+
+/// Farthest way of a point of a block over that of the contact that moves it: the greatest of (k^2 + a r)/(k^2 + a^2) over levers a.
+double lever(const dda::Model::Block& block) {
+  const double gyration_sq = Eigen::SelfAdjointEigenSolver<Mat3>(block.inertia, Eigen::EigenvaluesOnly).eigenvalues()[2] / block.mass;
+  return 0.5 * (1 + std::sqrt(1 + block.shape->radius * block.shape->radius / gyration_sq));
+}
+
+}  // namespace
+
 bool IslandStepper::drift_beyond_motion(double h) const {
   const double fall = h * h * model_.gravity.norm();
   std::vector<double> way(bodies_.size()), allowed(bodies_.size());
@@ -77,6 +95,7 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     const Saved& start = saved_[i];
     const Pose from{start.c, start.q.toRotationMatrix() * (Mat3::Identity() + dda::strain_tensor(start.eps))};
     way[i] = allowed[i] = motion(bodies_[i], from, before_drift_.poses[i]) + fall;
+    allowed[i] += 2 * touching * model_.blocks[static_cast<std::size_t>(bodies_[i].block)].shape->radius;
     corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
   }
   if (!corrected) return false;
@@ -89,7 +108,7 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     allowed[j] = std::max(allowed[j], way[i] + way[j]);
   }
   for (std::size_t i = 0; i < bodies_.size(); ++i)
-    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) > allowed[i] + before_drift_.overlaps) return true;
+    if (motion(bodies_[i], before_drift_.poses[i], dda::pose(state_, bodies_[i].block)) > lever(model_.blocks[static_cast<std::size_t>(bodies_[i].block)]) * (allowed[i] + before_drift_.overlaps)) return true;
   return false;
 }
 

@@ -260,7 +260,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   int next = c.first_term;
   const auto add_body = [&](const Body& b, const Vec3& p, double sign) {
     double* j = problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(next++)].jacobian;
-    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.mid_c), b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
+    write_jacobian(j, t.frame, p - (from_start ? b.start.c : b.about), b.start.F.inverse() * b.half_turn.transpose(), b.half_turn * b.rotation0, b.ndof, sign);
     const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> rows(j, 3, b.ndof);
     u_ref += rows * b.v_ref.head(b.ndof);
     if (!stretches) return;
@@ -398,6 +398,14 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     }
     if (t.mode != Mode::idle) take_row(t, h, first_pass);
   }
+  // Steps with an onset go by x + h v^+ (apply), and their moments about where they start.
+  bool onset = false, sprung = false;
+  for (const Touch& t : touches_) {
+    onset = onset || (t.row >= 0 && t.mode == Mode::end);
+    sprung = sprung || (t.row >= 0 && t.stiffness > 0);
+  }
+  if (onset && !sprung && island_->structures.empty())
+    for (Body& b : bodies_) b.about = b.start.c;
   fill_rows(h, first_pass);
   const bool give = leapfrog() && problem_.contacts.size() > many_contacts;   // of many rows the least impulses are the solution, and those of the step before near to them
   if (leapfrog()) spare_jammed(touches_, touch_gap(), give ? std::exp(-h / jams_last) : 0.0, problem_);

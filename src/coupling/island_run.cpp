@@ -12,7 +12,8 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
-constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island
+constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island, or
+constexpr double dearer = 4;           // times what such a step costs itself
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
@@ -140,7 +141,8 @@ bool IslandStepper::too_much_happens(double duration) const {
     closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall;
   }
   const double ahead = factorisations * closed * closing;
-  return work_ + ahead > most_work * std::ceil(duration / step_limit(duration, true));
+  const double worth = std::max(most_work, dearer * factorisations * closed);
+  return work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
 }
 
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.
