@@ -118,9 +118,9 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy) {
   const Ledger &before = segment.before, &after = segment.after;
   const double r = std::max(0.0, t - segment.t0) / (segment.t1 - segment.t0);
   const double work = dissipated(after) + after.contact - dissipated(before) - before.contact;
-  const double unbalanced = segment.energy_after - segment.energy_before + work;
-  double part = r;
-  if (work != 0) part = std::clamp((segment.energy_before - energy + r * unbalanced) / work, 0.0, 1.0);
+  const double unbalanced = segment.energy_after - segment.energy_before + work;   // of the whole step
+  const double done = segment.energy_before - energy + r * unbalanced;
+  const double part = work != 0 ? std::clamp(done / work, 0.0, 1.0) : r;
   const auto between = [&](double a, double b) { return a + part * (b - a); };
   Ledger now;
   now.friction_work = between(before.friction_work, after.friction_work);
@@ -129,6 +129,11 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy) {
   now.contact = between(before.contact, after.contact);
   now.structure_contact_work = between(before.structure_contact_work, after.structure_contact_work);
   now.blocks_contact_work = between(before.blocks_contact_work, after.blocks_contact_work);
+  // What is given on the way and taken back by the end: springs that are pressed and let go store it, the rest is the error of what lies between the ends.
+  const double on_the_way = done - part * work;
+  const double stored = before.contact > 0 || after.contact > 0 ? std::max(on_the_way, -now.contact) : 0.0;
+  now.contact += stored;
+  now.algorithmic += on_the_way - stored;
   return now;
 }
 

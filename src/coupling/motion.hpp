@@ -41,8 +41,8 @@ struct WorkSegment {
   double energy_before = 0, energy_after = 0;   // kinetic, potential and strain of its blocks [J]
 };
 
-/// Works at t, where the island's blocks have this energy: what they lack of it by then has been done, in the proportions of the whole step. Where works and
-/// energy do not change alike, in proportion to time.
+/// Works at t, where the island's blocks have this energy: what they lack of it by then has been done, in the proportions of the whole step. What is given on the way and
+/// taken back by the end is stored in springs, if there are any; the rest, the error of what is read between the ends, is `algorithmic`.
 Ledger evaluate(const WorkSegment& segment, double t, double energy);
 
 /// What an island did over an interval of time, as far as rows fall into it.

@@ -366,13 +366,22 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
   return true;
 }
 
+namespace {
+/// Where a structure takes steps, rows are of its own state: whoever advances the system ends stretches at them.
+bool rows_end_stretches(const Environment& env) {
+  return std::any_of(env.structures.begin(), env.structures.end(), [](const StructurePart& part) { return part.stepped(); });
+}
+}  // namespace
+
 double CoupledSystem::longest_stretch() const {
   const double step = settings_.step.fixed_step;
-  return step > 0 ? Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock))))) : settings_.longest_stretch;
+  if (!(step > 0) || rows_end_stretches(env_)) return settings_.longest_stretch;
+  return Multiples(step).at(std::max(1L, std::lround(std::floor(settings_.longest_stretch / step * (1 + on_clock)))));
 }
 
 /// The next multiple of the longest stretch on the run's clock, or `end` if that is not later.
 double CoupledSystem::stretch_end(double end) const {
+  if (rows_end_stretches(env_)) return end;
   const double longest = longest_stretch();
   const Multiples ends(longest);
   const long k = ends.after(state_.time + on_clock * longest);

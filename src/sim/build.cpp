@@ -75,6 +75,8 @@ std::unique_ptr<World> Builder::build() {
   settings.step.exchanges_per_rise = s.coupling.exchanges_per_rise;
   settings.sleeping = s.simulation.sleeping;
   settings.threads = std::max(1, s.simulation.threads);
+  const bool steps = std::any_of(env_.structures.begin(), env_.structures.end(), [](const coupling::StructurePart& part) { return part.stepped(); });
+  if (steps) settings.longest_stretch = std::max(settings.longest_stretch, s.output.history_interval);   // there rows end stretches
   sort_blocks();
   world_->system = std::make_unique<coupling::CoupledSystem>(std::move(model_), std::move(state_), std::move(env_), settings);
   // What starts from an earlier run is looked at as that run left it (start_from).

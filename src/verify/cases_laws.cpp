@@ -16,7 +16,7 @@ void hertz(CaseRun& c) {
   // The sphere's mass on one point: an octahedron of its volume, tip down, on a plane with the Hertz law of radius 1 cm.
   const double radius = 0.01, density = 7800, speed = 0.01, T = 173.15e-6;
   const double tip = std::cbrt(pi) * radius;   // 4/3 a^3 = 4/3 pi R^3
-  const Method m = Method::by_accuracy(1e-4);
+  const Method m = Method::by_accuracy(1e-6);   // whose steps resolve the force as it rises
   c.method(m);
   SceneText s(m, 2 * T, Vec3::Zero());
   s.history(T / 400).material("steel", density, "young = \"210 GPa\"\npoisson = 0.3");
@@ -103,7 +103,7 @@ void rolling(CaseRun& c) {
 
 /// A regular octahedron, tip down on a plane when it lands at `speed` with `turn` [rad/s] about y; no gravity, no friction.
 Outcome landing(CaseRun& c, const Method& m, double speed, double turn, const std::string& law) {
-  const double tip = 0.5, fall = 0.05;   // [m], [s]
+  const double tip = 0.5, fall = 0.04;   // [m], [s]: it lands within a step
   SceneText s(m, 2 * fall, Vec3::Zero());
   s.material("rock", 2600).interface("rock", "ground", 0, "normal_stiffness = \"hard\"\n" + law).plane(Vec3::UnitZ());
   const Mat3 before = Eigen::AngleAxisd(-turn * fall, Vec3::UnitY()).toRotationMatrix();

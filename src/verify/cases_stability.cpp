@@ -7,6 +7,7 @@
 
 #include "dda/state.hpp"
 #include "geometry/exact_check.hpp"
+#include "sim/world.hpp"
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -48,7 +49,12 @@ void judge(CaseRun& c, const Stress& q, const Method& m) {
   double deepest = 0, growth = 0, first = 0, most = 0;
   for (const auto& b : header.blocks)   // at rest: a thousandth of the size in height, of all blocks, since the projection of drift may move each by 5e-10 of its size
     if (!b.fixed) most += b.mass * 9.81 * 1e-3 * q.size;
-  const std::size_t every = std::max<std::size_t>(1, o.rows.size() / (header.blocks.size() > 30 ? 4 : 20));
+  // Contacts and energy are met at the ends of steps; rows within them come as near as the accuracy. What the rows at ends of macro steps show is told.
+  const double macro = o.simulation->world().system->longest_stretch();
+  const auto ends_step = [&](std::size_t i) { return m.kind == Method::Kind::paper || i + 1 == o.rows.size() || std::abs(o.rows[i].time / macro - std::round(o.rows[i].time / macro)) < 1e-9; };
+  std::size_t ends = 0, seen = 0;
+  for (std::size_t i = 0; i < o.rows.size(); ++i) ends += ends_step(i);
+  const std::size_t every = std::max<std::size_t>(1, ends / (header.blocks.size() > 30 ? 4 : 20));
   for (std::size_t i = 0; i < o.rows.size(); ++i) {
     const sim::HistoryRow& r = o.rows[i];
     std::vector<Pose> poses;
@@ -62,12 +68,13 @@ void judge(CaseRun& c, const Stress& q, const Method& m) {
       finite = finite && p.c.allFinite() && p.F.allFinite() && r.velocity[k].allFinite();
       poses.push_back(p);
     }
+    if (!finite) break;
+    if (!ends_step(i)) continue;
     const double energy = r.ledger.kinetic + r.ledger.potential + r.ledger.strain + r.ledger.contact;
     if (i == 0) first = energy;
     growth = std::max(growth, energy - first);
     most = std::max({most, r.ledger.kinetic, std::abs(r.ledger.potential - o.rows.front().ledger.potential)});
-    if (!finite) break;
-    if (i % every != 0 && i + 1 != o.rows.size()) continue;
+    if (seen++ % every != 0 && i + 1 != o.rows.size()) continue;
     for (const geometry::Finding& f : geometry::find_intersections(list, poses, {}, header.planes, tolerance)) {
       if (f.with == geometry::Finding::With::body && header.blocks[static_cast<std::size_t>(f.a)].fixed && header.blocks[static_cast<std::size_t>(f.b)].fixed) continue;
       deepest = std::max(deepest, f.depth);

@@ -117,8 +117,8 @@ void painleve(CaseRun& c) {
     // The lowest corner lies on the ground.
     const Vec3 centre = -(axis - 0.5 * thickness * across);
     const Vec3 lift(0, 0, 1e-12);
-    SceneText s(m, 0.5);
-    s.history(1e-3).material("rock", 7800).interface("rock", "ground", mu).plane(Vec3::UnitZ()).box("R", Vec3(2, 0.2, thickness), centre + lift, turned(Vec3(0, theta, 0)) + velocity(Vec3(2, 0, 0)));
+    SceneText s(m, 0.5);   // rows at the ends of macro steps: within a step energies are known to its order
+    s.history(0.05).material("rock", 7800).interface("rock", "ground", mu).plane(Vec3::UnitZ()).box("R", Vec3(2, 0.2, thickness), centre + lift, turned(Vec3(0, theta, 0)) + velocity(Vec3(2, 0, 0)));
     const Outcome o = c.run(s.str());
     double growth = 0, most = 0;
     for (std::size_t i = 1; i < o.rows.size(); ++i) {

@@ -140,8 +140,7 @@ std::string pile(double duration) {
 TEST(Output, BouncingBlock) { EXPECT_LT(same_at_any_interval(bouncing()), 1e-3); }
 TEST(Output, SlidingOntoRoughGround) { EXPECT_LT(same_at_any_interval(sliding_onto_rough()), 1e-3); }
 TEST(Output, TwoBlocksThatMeet) { EXPECT_LT(same_at_any_interval(two_blocks_meet()), 1e-3); }
-/// Steps in which blocks of a large island meet are of first order: so is what is read off within them.
-TEST(Output, PileOfTwenty) { EXPECT_LT(same_at_any_interval(pile(0.4)), 1e-2); }
+TEST(Output, PileOfTwenty) { EXPECT_LT(same_at_any_interval(pile(0.4)), 1e-3); }
 
 TEST(Output, FixedStepThatIsNoPartOfTheInterval) {
   SceneText s(Method::fixed_step(7e-3), 0.5);
