@@ -222,24 +222,20 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   Vec3 p_mid = acts_between(owner, a_mid, b_mid);
   Vec3 p_end = owner == NormalOwner::a ? b_end : owner == NormalOwner::b ? a_end_body : 0.5 * (a_end_body + b_end);
   Mat3 turned = carrier != nullptr ? carrier->half_turn : Mat3::Identity(), turned_on = turned;   // of the frame: from the start to mid-step, from there to the end
-  Vec3 crossing_a = a_mid, crossing_b = b_mid;
   if (owner == NormalOwner::edges && island_->structures.empty()) {
     if (const auto edges = crossed_edges(t, model_, env_, body_a != nullptr ? body_a->start : fixed_pose, body_b.start)) {
       const auto at_mid = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->half_turn * d) : d; };
       const auto at_end = [](const Body* b, const Vec3& d) { return b != nullptr ? Vec3(b->carry * d) : d; };
       const EdgeMeeting mid = meet(a_mid, at_mid(body_a, edges->a), b_mid, at_mid(&body_b, edges->b), t.at.normal);
       const EdgeMeeting end = meet(a_end_body, at_end(body_a, edges->a), b_end, at_end(&body_b, edges->b), t.at.normal);
-      n_mid = mid.normal, p_mid = mid.between(), crossing_a = mid.on_a, crossing_b = mid.on_b;
+      n_mid = mid.normal, p_mid = mid.between();
       n_end = end.normal, p_end = end.between();
       turned = Quat::FromTwoVectors(t.at.normal, n_mid).toRotationMatrix();
       turned_on = Quat::FromTwoVectors(n_mid, n_end).toRotationMatrix();
     }
   }
-  // An open touch acts where it will close: each side at its own point. One as good as closed does not: several that stick would
-  // contradict each other.
-  // Beside a leapfrogging structure both sides act at one point in any case, so that friction over a gap makes no moment.
-  const bool onset = t.mode == Mode::end && t.at.gap > touch_gap() && !leapfrog();
-  Vec3 p_mid_a = onset ? crossing_a : p_mid, p_mid_b = onset ? crossing_b : p_mid;
+  // Both sides act at one point, so that friction over a gap makes no moment.
+  Vec3 p_mid_a = p_mid, p_mid_b = p_mid;
   // Structure: both sides at the same point of its face, so that traction times gap makes no moment.
   SurfaceWeights face;
   if (with_structure) {
