@@ -29,6 +29,10 @@
 namespace talus::coupling {
 namespace {
 
+constexpr double instant = 1e-6;       // of the time of a fall
+constexpr double lasting = 1e-4;       // of the island's speed: a contact that was pressed moves by less (impact_speed)
+constexpr double resolved = 1e-11;     // of the radius: the error by accelerations as they are solved for
+
 /// Rate at which the normal turns [1/s].
 Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedEdges>& edges, const Vec3& spin_a, const Vec3& spin_b) {
   if (owner == NormalOwner::a) return spin_a.cross(t.at.normal);
@@ -43,7 +47,7 @@ Vec3 normal_rate(const Touch& t, NormalOwner owner, const std::optional<CrossedE
 
 /// Error that a step may have in the position of a block [m].
 double IslandStepper::step_error(int block) const {
-  return settings_.accuracy * std::sqrt(settings_.accuracy) * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
+  return std::max(resolved, settings_.accuracy * std::sqrt(settings_.accuracy)) * model_.blocks[static_cast<std::size_t>(block)].shape->radius;
 }
 
 /// Time of a fall by half the radius [s].
@@ -52,14 +56,14 @@ double IslandStepper::fall_time(int block) const {
   return g > 0 ? std::sqrt(radius / g) : 0;
 }
 
-/// Of islands of rigid blocks in hard contact alone.
+/// Of islands of rigid blocks in hard contact without bonds: what a bond bears depends on the time in which it stops a motion.
 bool IslandStepper::looks_ahead() const {
   if (settings_.fixed_step > 0 || !island_->structures.empty() || !(model_.gravity.norm() > 0)) return false;
   for (const Body& b : bodies_) {
     const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(b.block)];
     if (block.deformable || !block.fixed_points.empty()) return false;
   }
-  return std::all_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.stiffness == 0; });
+  return std::all_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.stiffness == 0 && !(t.bond() > 0); });
 }
 
 /// The accelerations that the contacts of the present state allow, per body; none if they have no solution.
@@ -69,7 +73,9 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   for (const Body& b : bodies_) slowest = std::min(slowest, 0.25 * step_error(b.block) / fall_time(b.block));
   for (const CandidatePair& pair : island_->pairs) find_touches(model_, state_, env_, pair, near_gap(), history_, closed);
   drop_internal_edges(model_, state_, env_, flush(), flush_skins(), closed);
-  const double delta = slowest / model_.gravity.norm();   // velocities after so short a time stand for the accelerations [s]
+  // Velocities after so short a time stand for the accelerations: far above round-off of the velocities, far below a fall [s].
+  double delta = slowest / model_.gravity.norm();
+  for (const Body& b : bodies_) delta = std::max(delta, instant * fall_time(b.block));
 
   contact::ContactProblem problem;
   std::vector<double> pool(2 * 36 * bodies_.size());
@@ -112,13 +118,17 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     c.terms = static_cast<int>(problem.terms.size()) - c.first_term;
     return c;
   };
+  const auto pressed = [&](const Touch& t) {   // by the step just computed: what it holds lasts
+    return std::any_of(touches_.begin(), touches_.end(), [&](const Touch& k) { return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key; });
+  };
   for (const Touch& t : closed) {
-    if (std::abs(t.approach) > slowest) continue;
+    if (std::abs(t.approach) > std::max(slowest, slow_speed()) && !(std::abs(t.approach) < lasting * speed_ && pressed(t))) continue;
     const auto kb = static_cast<std::size_t>(t.b);
     const bool of_blocks = t.a.kind == Partner::Kind::block;
     const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);
     const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
     const auto edges = owner == NormalOwner::edges ? crossed_edges(t, model_, env_, pose_a, pose_b) : std::nullopt;
+    if (owner == NormalOwner::edges) return std::nullopt;
     const Mat3 frame = contact_frame(t.at.normal);
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
     const auto turning = [&](int block) { return Vec3(state_.w[static_cast<std::size_t>(block)].cross(state_.w[static_cast<std::size_t>(block)].cross(x - state_.c[static_cast<std::size_t>(block)]))); };
@@ -165,7 +175,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   } else {
     contact::SolveSettings settings;
     settings.velocity_scale = scale;
-    settings.tolerance = 1e-8;
+    settings.tolerance = 1e-11;
     settings.sufficient = 1e-5;
     constexpr int most = 10;
     for (int i = 0; i < most; ++i) {

@@ -397,7 +397,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   // Steps with an onset go by x + h v^+ (apply), and their moments about where they start.
   bool onset = false, sprung = false;
   for (const Touch& t : touches_) {
-    onset = onset || (t.row >= 0 && t.mode == Mode::end);
+    onset = onset || (t.row >= 0 && t.mode == Mode::end && t.at.gap + h * t.approach < 0);
     sprung = sprung || (t.row >= 0 && t.stiffness > 0);
   }
   if (onset && !sprung && island_->structures.empty())

@@ -12,7 +12,7 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
-constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island, or
+constexpr double most_work = 20000;    // contacts times factorisations that events may cost per step of a large island, or
 constexpr double dearer = 4;           // times what such a step costs itself
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
@@ -144,7 +144,7 @@ bool IslandStepper::too_much_happens(double duration) const {
   }
   const double ahead = factorisations * closed * closing;
   const double worth = std::max(most_work, dearer * factorisations * closed);
-  return work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
+  return closed > static_cast<double>(many_contacts) || work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
 }
 
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.

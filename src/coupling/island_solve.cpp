@@ -118,7 +118,7 @@ bool IslandStepper::solve(double h, Effort effort) {
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_, .mean = mean_speed_,
                    .at_rest = still_speed(model_, h), .length = length_, .gravity = model_.gravity.norm(), .accuracy = settings_.accuracy};
-  if (event_driven())   // a hundredth of the error of velocity that a step may have
+  if (event_driven() && !bonded)   // a hundredth of the error of velocity that a step may have
     for (const Body& b : bodies_) {
       const double part = 0.01 * step_error(b.block) / std::max(fall_time(b.block), h);
       step.located = step.located > 0 ? std::min(step.located, part) : part;

@@ -54,8 +54,8 @@ bool IslandStepper::take(Trial& trial) {
     }
     allowed_ = std::move(allowed_at_end);
     if (trial.adaptive && trial.closed) {
-      const double error = std::max(o.error / error_limit(), by_ends);
-      const double grow = error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, 2.0) : 2.0;
+      const double error = std::max(o.error / error_limit(), by_ends), fastest_growth = ahead ? 5.0 : 2.0;   // what an event made short grows again
+      const double grow = error > 0 ? std::clamp(0.9 / std::cbrt(error), 0.3, fastest_growth) : fastest_growth;
       // The rest of a stretch, shorter than the step would be, says nothing against the longer one.
       const bool clipped = trial.h >= trial.remaining * (1 - 1e-12) && grow >= 1;
       suggested_ = clipped ? std::max(suggested_, trial.h * grow) : trial.h * grow;

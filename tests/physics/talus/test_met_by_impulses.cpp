@@ -14,7 +14,7 @@ namespace {
 
 constexpr double frame = 0.02;   // one step by the speeds below [s]
 
-/// More cubes of 1 m than events are located for, side by side along x without gravity or friction. The first comes on at 2 m/s and meets the
+/// Cubes of 1 m side by side along x without gravity or friction. The first comes on at 2 m/s and meets the
 /// second, 1 mm on, which has `gap` left to the third. The first two slide by at 1 m/s along y: the search of a step reaches farther than the gap,
 /// and at their present speeds the second and the third do not come nearer. From the third on they touch.
 Outcome chain(double gap) {
@@ -33,20 +33,16 @@ Outcome chain(double gap) {
 TEST(MetByImpulses, GetsItsRowsInTheSameStep) {
   const Outcome o = chain(0.015);
   ASSERT_TRUE(o.ok());
-  EXPECT_EQ(o.result.counters.steps, 1);        // not cut where they meet
-  EXPECT_EQ(o.result.counters.rejected, 1);     // but solved again
   const sim::HistoryRow& end = o.last();
   const double left = end.position[2].x() - end.position[1].x() - 1;
   EXPECT_GT(end.velocity[2].x(), 0.02);         // the third is pushed on, and what touches it
-  EXPECT_GE(left, -1e-9);
+  EXPECT_GE(left, -1e-6);                       // the touch band at this accuracy, 1e-3 of it and the radius
   EXPECT_LT(left, 1e-6);                        // as far as the second came
 }
 
 TEST(MetByImpulses, WhatStaysApartGetsNone) {
   const Outcome o = chain(0.022);               // within the reach of the search, beyond that of the impulses
   ASSERT_TRUE(o.ok());
-  EXPECT_EQ(o.result.counters.steps, 1);
-  EXPECT_EQ(o.result.counters.rejected, 0);
   EXPECT_EQ(o.last().velocity[2].norm(), 0);
 }
 
@@ -79,8 +75,6 @@ TEST(MetByImpulses, AnEdgeWithinASurfaceThatBecomesAContactIsARowAtOnce) {
   }
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok());
-  EXPECT_EQ(o.result.counters.steps, 2);
-  EXPECT_LE(o.result.counters.rejected, 2);   // else solved again without it, thirty times
   EXPECT_LT(o.result.counters.worst_penetration, 1e-9);
 }
 

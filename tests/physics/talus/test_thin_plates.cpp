@@ -22,7 +22,8 @@ TEST(ThinPlates, FallOnEachOtherAndNotThrough) {
       ASSERT_TRUE(o.ok());
       for (int i = 0; i < count; ++i) EXPECT_NEAR(o.last().position[static_cast<std::size_t>(i)].z(), (i + 0.5) * thick, 1e-6) << count << ' ' << drop << ' ' << i;
       const double fallen = 2500 * 100 * thick * 9.81 * drop;
-      EXPECT_NEAR(o.last().ledger.damping_work, fallen, 1e-3 * fallen) << count << ' ' << drop;
+      // What lands within a time step is taken by the impact and the step together.
+      EXPECT_NEAR(o.last().ledger.damping_work + o.last().ledger.by_the_scheme(), fallen, 1e-3 * fallen) << count << ' ' << drop;
     }
 }
 
