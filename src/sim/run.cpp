@@ -48,6 +48,14 @@ class Instants {
   long index_;
 };
 
+/// What relative energies are relative to: the largest kinetic energy, or that of all free blocks at 1 cm/s where nothing got so fast [J].
+double energy_scale(const World& w) {
+  constexpr double least = 5e-5;   // [J/kg]
+  double mass = 0;
+  for (const dda::Model::Block& b : w.system->model().blocks) mass += b.fixed ? 0 : b.mass;
+  return std::max(w.energy_peak, least * mass);
+}
+
 /// Tells the sink what the world is at an instant.
 class Telling {
  public:
@@ -83,7 +91,7 @@ class Telling {
     const HistoryRow row = w_.row();
     sink_.history(row);
     RunCounters n = counters();
-    sink_.progress(w_.time(), w_.scene.simulation.duration, n, w_.energy_peak > 0 ? row.ledger.residual / w_.energy_peak : 0);
+    sink_.progress(w_.time(), w_.scene.simulation.duration, n, w_.energy_peak > 0 ? row.ledger.residual / energy_scale(w_) : 0);
     last_row_ = w_.time();
   }
 
@@ -205,7 +213,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
     result.audit_made = w.system->counters().structure_steps + w.system->counters().condensed_steps > 0;
     if (s.coupling.strict && result.exit_code == 0 && result.audit_made) {
       const LedgerRow ledger = w.ledger();
-      const double scale = w.energy_peak > 0 ? 1 / w.energy_peak : 0;
+      const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
       result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.by_the_scheme()));
       if (!result.message.empty()) result.exit_code = 1;
     }
