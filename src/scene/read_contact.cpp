@@ -133,7 +133,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     if (const Node* friction = view.get("friction")) {
       law.friction = friction_coefficient(*friction);
       if (friction->is_number() && law.friction >= 15 && law.friction < 90)
-        view.problem("friction", "a bare number is the coefficient, and this one is unusually large", fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
+        view.problem("friction", fmt::format("a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg", std::atan(friction->as_number()) * 180 / M_PI), fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
     }
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");
