@@ -107,7 +107,7 @@ if (summary.structures && summary.structures.length) {
     card("Greatest energy", most("max_kinetic").max_kinetic, "J", most("max_kinetic").name);
   }
 }
-if (summary.energy) card("Energy residual", `${number(100 * summary.energy.residual_relative, 2)} %`, "", "worst, of the greatest kinetic energy");
+if (summary.energy) card("Energy residual", `${number(100 * summary.energy.residual_relative, 2)} %`, "", "worst, of the greatest kinetic energy (of that at 1 cm/s where nothing got so fast)");
 if (summary.time && summary.time.wall_seconds) card("Computed in", summary.time.wall_seconds, "s", `${number(summary.time.end, 4)} s simulated`);
 // Rows of about the same length: nine cards are five and four, not seven and two.
 function level() {

@@ -34,6 +34,12 @@ Polyhedron body_of(const scene::Scene& scene, const scene::Impact& impact) {
   return geometry::make_shape(spec);
 }
 
+/// A viaduct whose piers reach from the terrain up to a given level of its deck.
+bool follows_terrain(const StructureSpec& spec) {
+  const auto has = [&](const char* name) { return std::any_of(spec.parameters.begin(), spec.parameters.end(), [&](const auto& p) { return p.first == name; }); };
+  return spec.kind == "viaduct" && has("deck_level") && !has("pier_height");
+}
+
 /// The skin of the structure alone, as it stands before the blow: under its permanent load, or as an earlier run left it.
 TriangleSurface standing_skin(scene::Scene scene) {
   sim::Simulation alone(std::move(scene));
@@ -96,10 +102,16 @@ int command_impact(const Options& options) {
   scene.structures = {scene.structures[static_cast<std::size_t>(impact.structure)]};
   scene.impact.reset();
   scene.blocks.clear();
-  scene.site.reset();
+  const bool on_terrain = follows_terrain(scene.structures[0]) && scene.site && scene.site->given();
+  if (on_terrain) scene.notes.push_back(fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.", scene.structures[0].name));
+  else scene.site.reset();
   scene.planes.clear();
   scene.rock_mass.reset();
-  const std::set<int> here{impact.material, struck};
+  std::set<int> here{impact.material, struck};
+  if (on_terrain) {
+    here.insert(scene.site->material);
+    for (const auto& area : scene.site->material_areas) here.insert(area.material);
+  }
   std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
   Flight flight = Flight::meets;
   block.position = starting_position(scene, impact, standing_skin(scene), flight);

@@ -1,4 +1,5 @@
 // talus: reads the command line, calls one command, turns failures into exit codes.
+#include <algorithm>
 #include <fcntl.h>
 #include <malloc.h>
 
@@ -106,8 +107,11 @@ int main(int argc, char** argv) {
     return app::end_together("", code, false);
   } catch (const InputError& error) {
     for (const Problem& problem : error.problems()) text += problem.str() + "\n";
-    const auto n = error.problems().size();
-    if (n > 1) text += fmt::format("{} problems; nothing was written\n", n);
+    const auto& all = error.problems();
+    const auto errors = std::count_if(all.begin(), all.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
+    const auto warnings = static_cast<std::ptrdiff_t>(all.size()) - errors;
+    if (all.size() > 1)
+      text += fmt::format("{} error{}{}; nothing was written\n", errors, errors == 1 ? "" : "s", warnings == 0 ? "" : fmt::format(", {} warning{}", warnings, warnings == 1 ? "" : "s"));
     code = app::bad_input;
   } catch (const NumericalFailure& error) {
     text = fmt::format("talus: {}", error.what());

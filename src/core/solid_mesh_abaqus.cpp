@@ -78,6 +78,8 @@ class AbaqusFile {
 
   void node(const std::vector<std::string>& f) {
     if (f.size() < 4) in_.fail(in_.text(), "number, x, y, z are expected", "correct the line");
+    if (std::any_of(f.begin() + 4, f.end(), [](const std::string& s) { return !s.empty(); }))
+      in_.fail(in_.text(), "number, x, y, z are expected, and nothing after them: are the commas decimal ones?", "write numbers with decimal points, separated by commas");
     Vec3 x;
     for (int c = 0; c < 3; ++c) {
       char* end = nullptr;

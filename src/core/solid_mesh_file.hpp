@@ -2,7 +2,6 @@
 #pragma once
 #include <fmt/format.h>
 
-#include <fstream>
 #include <sstream>
 #include <string>
 #include <unordered_map>
@@ -10,6 +9,7 @@
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
+#include "core/text_file.hpp"
 
 namespace talus::solid_mesh {
 
@@ -21,9 +21,7 @@ struct Draft : SolidMesh {
 /// The lines of a file, counted for messages.
 class Reader {
  public:
-  explicit Reader(const std::string& path) : path_(path), in_(path) {
-    if (!in_) fail("", "the mesh file cannot be read", "check the path");
-  }
+  explicit Reader(const std::string& path) : path_(path), in_(read_text(path)) {}
   bool line() {
     if (!std::getline(in_, text_)) return false;
     ++number_;
@@ -61,7 +59,7 @@ class Reader {
 
  private:
   std::string path_;
-  std::ifstream in_;
+  std::istringstream in_;
   std::string text_;
   int number_ = 0;
 };

@@ -129,9 +129,10 @@ Mesh convex_hull(const std::vector<Vec3>& points) {
   return mesh;
 }
 
-Mesh repair(const Mesh& input, RepairReport& report, double weld_tolerance) {
-  report = {};
-  Mesh mesh = input;
+namespace {
+
+/// `mesh` is the input with vertices welded, for what fails after.
+Mesh repaired(const Mesh& input, Mesh& mesh, RepairReport& report, double weld_tolerance) {
   mesh.group.clear();
   mesh.group_names.clear();
   const double size = mesh.bounds().diagonal().norm();
@@ -175,13 +176,28 @@ Mesh repair(const Mesh& input, RepairReport& report, double weld_tolerance) {
     if (!patch.empty()) ++report.holes_filled;
     report.triangles_added += static_cast<int>(patch.size());
   }
-  if (CGAL::is_closed(sm) && !PMP::is_outward_oriented(sm)) {
-    PMP::reverse_face_orientations(sm);
+  Mesh out = from_cgal(sm);
+  // By the volume, not by an extreme vertex: a surface that encloses nothing has no vertex that tells.
+  if (CGAL::is_closed(sm) && signed_volume(out.vertices, out.triangles) < 0) {
+    for (auto& t : out.triangles) std::swap(t[1], t[2]);
     report.turned_inside_out = true;
   }
-  Mesh out = from_cgal(sm);
   report.remaining = closed_mesh_problems(out, "");
   return out;
+}
+
+}  // namespace
+
+Mesh repair(const Mesh& input, RepairReport& report, double weld_tolerance) {
+  report = {};
+  Mesh mesh = input;
+  try {
+    return repaired(input, mesh, report, weld_tolerance);
+  } catch (const CGAL::Failure_exception&) {   // a condition of an algorithm that this surface does not meet
+    report.remaining = closed_mesh_problems(mesh, "", false);
+    report.remaining.push_back({.key = "mesh", .rule = "its faces form no surface that can be repaired", .remedy = "remove faces that lie on each other and parts that touch in an edge alone, then repair it"});
+    return mesh;
+  }
 }
 
 }  // namespace talus::geometry

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "core/text_file.hpp"
 #include "geometry/terrain.hpp"
 
 namespace talus::geometry {
@@ -62,11 +62,10 @@ void add(const json& node, BreakLines& out) {
 
 template <class Found>
 Found read_geojson(const std::string& path, const std::string& expected) {
-  std::ifstream in(path);
-  if (!in) throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read", .remedy = "check the path"});
+  const std::string text = read_text(path);
   Found found;
   try {
-    const json root = json::parse(in);
+    const json root = json::parse(text);
     add(root, found);
     found.crs = crs_of(root);
   } catch (const json::exception& e) {

@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <map>
-#include <memory>
 
+#include "core/text_file.hpp"
 #include "geometry/mesh_builder.hpp"
 #include "geometry/text_cursor.hpp"
 
@@ -259,19 +258,18 @@ Mesh read_ply(const std::string& text, const std::string& name) {
   return b.finish();
 }
 
-std::string read_file(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> file(std::fopen(path.c_str(), "rb"), std::fclose);
-  std::string text;
-  if (file && std::fseek(file.get(), 0, SEEK_END) == 0) {
-    const long size = std::ftell(file.get());
-    std::rewind(file.get());
-    if (size >= 0 && size < (1l << 40)) {
-      text.resize(size);
-      if (std::fread(text.data(), 1, size, file.get()) == static_cast<std::size_t>(size)) return text;
-    }
-  }
-  throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read",
-                           .remedy = "check the path, which is relative to the scene file"});
+/// What is text is read as UTF-8. Binary files stay as they are: those of STL tell by their size, PLY begins with "ply" unless it is text in another encoding.
+bool is_binary_stl(const std::string& bytes, std::uint32_t& triangles) {
+  if (bytes.size() < 84) return false;
+  std::memcpy(&triangles, bytes.data() + 80, 4);
+  return bytes.size() == 84 + 50ull * triangles;
+}
+
+std::string decoded(std::string bytes, const std::string& name) {
+  std::uint32_t n = 0;
+  const std::string e = ending(name);
+  if ((e == "stl" && is_binary_stl(bytes, n)) || (e == "ply" && bytes.compare(0, 3, "ply") == 0)) return bytes;
+  return as_utf8(std::move(bytes), name);
 }
 
 }  // namespace
@@ -285,8 +283,7 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
   const std::string e = ending(name);
   if (e == "stl") {
     std::uint32_t n = 0;
-    if (text.size() >= 84) std::memcpy(&n, text.data() + 80, 4);
-    const bool is_binary = text.size() >= 84 && text.size() == 84 + 50ull * n;
+    const bool is_binary = is_binary_stl(text, n);
     if (!is_binary && text.compare(0, 5, "solid") != 0)
       throw InputError(Problem{.file = name, .key = "stl",
                                .value = fmt::format("{} bytes for {} triangles", text.size(), n),
@@ -307,6 +304,6 @@ Mesh read_mesh_text(const std::string& text, const std::string& name) {
                            .remedy = "use STL, OBJ, PLY, OFF or VTU"});
 }
 
-Mesh read_mesh(const std::string& path) { return read_mesh_text(read_file(path), path); }
+Mesh read_mesh(const std::string& path) { return read_mesh_text(decoded(read_bytes(path), path), path); }
 
 }  // namespace talus::geometry

@@ -9,12 +9,16 @@
 #include <cctype>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
+#include <iterator>
 #include <limits>
 #include <mutex>
+#include <optional>
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/text_file.hpp"
 #include "geometry/text_cursor.hpp"
 
 namespace talus::geometry {
@@ -59,43 +63,80 @@ const Module& module(const std::string& for_file) {
                            .remedy = "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module"});
 }
 
-/// What the library's reader of ESRI ASCII grids lets pass: words where heights should be count as zero, values beyond the last are left
-/// unread, and what follows a decimal comma is cut off.
-void check_ascii_grid(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  std::string text(5, ' ');
-  if (!in.read(text.data(), 5) || strncasecmp(text.data(), "ncols", 5) != 0) return;
-  in.seekg(0, std::ios::end);
-  text.resize(static_cast<std::size_t>(in.tellg()));
-  in.seekg(0);
-  in.read(text.data(), static_cast<std::streamsize>(text.size()));
+/// A key of the header of an ESRI ASCII grid and its value.
+struct HeaderEntry {
+  std::string key, value;
+};
+
+/// The text of an ESRI ASCII grid where the library would not read the file as it is: in another encoding than ASCII, or with the corner given in one direction
+/// and the centre in the other. Nothing for all else. Throws InputError for what its reader lets pass: words where heights should be count as zero, values
+/// beyond the last are left unread, and what follows a decimal comma is cut off.
+std::optional<std::string> checked_ascii_grid(const std::string& path) {
+  std::string bytes;
+  {
+    std::ifstream in(path, std::ios::binary);
+    bytes.resize(24);
+    in.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    bytes.resize(static_cast<std::size_t>(in.gcount()));
+    const std::string head = has_byte_order_mark(bytes) || bytes.find('\0') != std::string::npos ? as_utf8(bytes.substr(0, bytes.size() / 4 * 4), path) : bytes;
+    const auto first = head.find_first_not_of(" \t\r\n");
+    constexpr const char* keys[] = {"ncols", "nrows", "xll", "yll", "cellsize", "dx", "dy", "nodata"};
+    const auto opens = [&](const char* key) { return first != std::string::npos && strncasecmp(head.c_str() + first, key, std::strlen(key)) == 0; };
+    if (std::none_of(std::begin(keys), std::end(keys), opens)) return {};
+  }
+  bytes = read_bytes(path);
+  std::string text = as_utf8(bytes, path);
+  bool as_it_is = text == bytes && strncasecmp(text.c_str(), "ncols", 5) == 0;
   TextCursor cursor(text, path);
   if (const auto comma = text.find(','); comma != std::string::npos) {
     cursor.position(text.data() + comma);
     cursor.skip_back_to_blank();
     cursor.fail("raster", "has a decimal comma; this format has decimal points, a reader would cut the number there", "replace the commas by points: sed 's/,/./g'");
   }
-  double columns = 0, rows = 0;
+  std::vector<HeaderEntry> header;
   const auto is_letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+  const auto value_of = [&](const std::string& key) -> std::optional<double> {
+    for (const HeaderEntry& e : header)
+      if (e.key == key) return std::strtod(e.value.c_str(), nullptr);
+    return {};
+  };
   while (!cursor.at_end() && is_letter(*cursor.position()) && strncasecmp(cursor.position(), "nan", 3) != 0) {
     std::string key(cursor.word());
     std::transform(key.begin(), key.end(), key.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-    if (key == "nodata_value") {
-      cursor.word();
+    if (key == "nodata_value" || key == "nodata") {
+      header.push_back({"nodata_value", std::string(cursor.word())});
+      as_it_is = as_it_is && key == "nodata_value";
       continue;
     }
+    cursor.skip_space();
+    const char* start = cursor.position();
     const double value = cursor.number<double>("raster");
-    if (key == "ncols") columns = value;
-    if (key == "nrows") rows = value;
-    if (!std::isfinite(value) || ((key == "ncols" || key == "nrows" || key == "cellsize") && !(value > 0)))
+    if (!std::isfinite(value) || ((key == "ncols" || key == "nrows" || key == "cellsize" || key == "dx" || key == "dy") && !(value > 0)))
       throw InputError(Problem{.file = path, .key = "raster " + key, .value = std::to_string(value), .rule = "must be a positive number", .remedy = "correct the header of the grid"});
+    header.push_back({key, std::string(start, cursor.position())});
   }
+  const char* heights = cursor.position();
+  const double columns = value_of("ncols").value_or(0), rows = value_of("nrows").value_or(0);
   double count = 0;
   for (; !cursor.at_end(); ++count) cursor.number<double>("raster height");
   if (count != columns * rows)
     throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{:.0f} values", count),
                              .rule = fmt::format("has {:.0f} columns and {:.0f} rows by its header: {:.0f} values", columns, rows, columns * rows),
                              .remedy = "export the grid again: it is cut short, or its header is that of another grid"});
+  const auto dx = value_of("cellsize") ? value_of("cellsize") : value_of("dx"), dy = value_of("cellsize") ? value_of("cellsize") : value_of("dy");
+  const auto corner_x = value_of("xllcorner"), corner_y = value_of("yllcorner"), centre_x = value_of("xllcenter"), centre_y = value_of("yllcenter");
+  if (!dx || !dy || (!corner_x && !centre_x) || (!corner_y && !centre_y)) {
+    const std::string lacks = !dx || !dy ? "cellsize" : !corner_x && !centre_x ? "xllcorner or xllcenter" : "yllcorner or yllcenter";
+    throw InputError(Problem{.file = path, .key = "raster", .value = lacks, .rule = "is missing in the header of the grid", .remedy = "complete the header: ncols, nrows, xllcorner, yllcorner, cellsize, NODATA_value"});
+  }
+  if ((corner_x && centre_x) || (corner_y && centre_y))
+    throw InputError(Problem{.file = path, .key = "raster", .value = corner_x && centre_x ? "xllcorner and xllcenter" : "yllcorner and yllcenter", .rule = "the header gives both", .remedy = "keep the one that is right"});
+  if (as_it_is && corner_x.has_value() == corner_y.has_value()) return {};
+  std::string out = fmt::format("ncols {:.0f}\nnrows {:.0f}\nxllcorner {:.17g}\nyllcorner {:.17g}\n", columns, rows, corner_x ? *corner_x : *centre_x - 0.5 * *dx, corner_y ? *corner_y : *centre_y - 0.5 * *dy);
+  out += *dx == *dy ? fmt::format("cellsize {:.17g}\n", *dx) : fmt::format("dx {:.17g}\ndy {:.17g}\n", *dx, *dy);
+  for (const HeaderEntry& e : header)
+    if (e.key == "nodata_value") out += "NODATA_value " + e.value + "\n";
+  return out.append(heights, static_cast<const char*>(text.data() + text.size()));
 }
 
 /// Heights are in metres: over longitude and latitude every slope would be a hundred thousand times too steep. Without a CRS a grid is taken for one in degrees
@@ -123,9 +164,9 @@ Raster read_raster(const std::string& path) {
   if (access(path.c_str(), R_OK) != 0)
     throw InputError(Problem{.file = path, .key = "file", .rule = "cannot be read",
                              .remedy = "check the path, which is relative to the scene file"});
-  check_ascii_grid(path);
+  const std::optional<std::string> text = checked_ascii_grid(path);
   Raster r;
-  const bool read = module(path).read(path.c_str(), &r);
+  const bool read = module(path).read(path.c_str(), text ? &*text : nullptr, &r);
   if (!r.placed)
     throw InputError(Problem{.file = path, .key = "raster", .value = fmt::format("{} x {} values", r.columns, r.rows),
                              .rule = "is a picture without a place: it says neither where it lies nor how large its cells are (no GeoTIFF tags, no world file .tfw beside it)",
@@ -146,6 +187,111 @@ Raster read_raster(const std::string& path) {
     r.transform[3] += r.rows * r.transform[5];
     r.transform[5] = -r.transform[5];
   }
+  return r;
+}
+
+namespace {
+
+constexpr double survey_foot = 1200.0 / 3937;   // [m]
+
+/// Length of a unit of heights [m] by its name; 0: none that is known.
+double metres_of(std::string unit) {
+  std::string plain;
+  for (const char c : unit)
+    if (std::isalnum(static_cast<unsigned char>(c))) plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  struct Unit {
+    double metres;
+    std::vector<const char*> names;
+  };
+  static const Unit units[] = {
+      {1, {"m", "metre", "metres", "meter", "meters"}},
+      {0.1, {"dm", "decimetre", "decimeter", "decimetres", "decimeters"}},
+      {0.01, {"cm", "centimetre", "centimeter", "centimetres", "centimeters"}},
+      {0.001, {"mm", "millimetre", "millimeter", "millimetres", "millimeters"}},
+      {1000, {"km", "kilometre", "kilometer", "kilometres", "kilometers"}},
+      {0.3048, {"ft", "foot", "feet", "internationalfoot", "internationalfeet", "footinternational", "ift", "footintl", "intlfoot"}},
+      {survey_foot, {"ussurveyfoot", "ussurveyfeet", "usft", "usfoot", "usfeet", "ftus", "footus", "feetus", "surveyfoot", "surveyfeet", "sft", "usf", "footussurvey", "ftussurvey", "ussft"}},
+      {0.9144, {"yd", "yard", "yards"}},
+  };
+  for (const Unit& u : units)
+    for (const char* name : u.names)
+      if (plain == name) return u.metres;
+  return 0;
+}
+
+Problem raster_warning(const std::string& path, std::string value, std::string rule, std::string remedy) {
+  return {.severity = Problem::Severity::warning, .file = path, .key = "site.terrain", .value = std::move(value), .rule = std::move(rule), .remedy = std::move(remedy)};
+}
+
+void refuse_pictures(const Raster& r, const std::string& path) {
+  if (!r.palette && !r.colours) return;
+  throw InputError(Problem{.file = path, .key = "site.terrain", .value = r.palette ? std::string("a palette") : fmt::format("{} bands of colours", r.bands),
+                           .rule = r.palette ? "its values are numbers of a table of colours, no heights" : "is a picture (red, green, blue), no heights",
+                           .remedy = "give the elevation model itself, one band of heights, not its hillshade, photograph or coloured map"});
+}
+
+/// Lengths of a scene are metres, and its origin and positions are given in the coordinates of the map.
+void refuse_plan_units(const Raster& r, const std::string& path) {
+  if (std::abs(r.metres - 1) < 1e-9) return;
+  throw InputError(Problem{.file = path, .key = "site.terrain", .value = fmt::format("{}, of {:.8g} m", r.unit.empty() ? "a unit" : r.unit, r.metres),
+                           .rule = "is the unit of its coordinates in plan, and lengths of a scene are metres",
+                           .remedy = "project it to a system in metres, and its heights with it: gdalwarp -t_srs EPSG:... -r bilinear in.tif out.tif; then give site.origin and positions in that system"});
+}
+
+/// Heights to metres by what the band says, or else the coordinate system.
+void convert_heights(Raster& r, const std::string& path, std::vector<Problem>& warnings) {
+  const std::string by = r.band_unit.empty() ? "its coordinate system" : "its band";
+  const std::string unit = r.band_unit.empty() ? r.vertical_unit : r.band_unit;
+  double metres = r.band_unit.empty() ? r.vertical_metres : metres_of(r.band_unit);
+  if (r.band_unit.empty() && !(metres > 0)) return;
+  if (!(metres > 0)) {
+    warnings.push_back(raster_warning(path, unit, "is the unit of its values by the band, and no length that is known: they are taken as heights in metres", "give heights in metres, and say so: gdal_edit.py -units m"));
+    return;
+  }
+  if (!r.band_unit.empty() && r.vertical_metres > 0 && std::abs(metres - r.vertical_metres) > 1e-9)
+    warnings.push_back(raster_warning(path, unit, fmt::format("is the unit of heights by the band, and {} by the coordinate system: the band's is taken", r.vertical_unit), "correct the one that is wrong"));
+  if (std::abs(metres - 1) < 1e-9) return;
+  for (double& z : r.values) z *= metres;
+  warnings.push_back(raster_warning(path, unit, fmt::format("is the unit of heights by {}: they were converted to metres, times {:.8g}", by, metres), "give the third number of site.origin, and positions, in metres"));
+}
+
+}  // namespace
+
+void warn_of_size(const Raster& r, const std::string& path, std::vector<Problem>& warnings) {
+  constexpr double highest = 8849, steep = 60 * M_PI / 180;   // Mount Everest [m]; half of the cells steeper than that are no terrain
+  constexpr std::size_t least_cells = 100;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  std::vector<double> slopes;
+  const auto columns = static_cast<std::size_t>(r.columns), rows = static_cast<std::size_t>(r.rows);
+  const std::size_t stride = std::max<std::size_t>(1, columns * rows / 1000000);
+  for (std::size_t k = 0; k < r.values.size(); ++k) {
+    const double z = r.values[k];
+    if (!std::isfinite(z)) continue;
+    low = std::min(low, z), high = std::max(high, z);
+    if (k % stride != 0 || (k + 1) % columns == 0 || k + columns >= r.values.size()) continue;
+    const double sx = (r.values[k + 1] - z) / r.transform[1], sy = (r.values[k + columns] - z) / r.transform[5];
+    if (std::isfinite(sx) && std::isfinite(sy)) slopes.push_back(std::hypot(sx, sy));
+  }
+  if (high > highest && high < 1e5) {
+    warnings.push_back(raster_warning(path, fmt::format("heights of {:.6g} to {:.6g}", low, high), "no ground on Earth is that high in metres; they look like feet, or centimetres",
+                                      "convert them, e.g. gdal_calc.py -A in.tif --calc=\"A*0.3048\" --outfile=out.tif; or correct the unit that the file gives"));
+    return;
+  }
+  if (slopes.size() < least_cells) return;
+  const auto middle = slopes.begin() + static_cast<std::ptrdiff_t>(slopes.size() / 2);
+  std::nth_element(slopes.begin(), middle, slopes.end());
+  if (*middle > std::tan(steep))
+    warnings.push_back(raster_warning(path, fmt::format("half of its cells are steeper than {:.0f} deg", std::atan(*middle) * 180 / M_PI), "no terrain is that steep all over: heights and cells seem to be in different units",
+                                      fmt::format("check both: as heights in feet over cells in metres half of them would be steeper than {:.0f} deg", std::atan(*middle * 0.3048) * 180 / M_PI)));
+}
+
+Raster read_heights(const std::string& path, std::vector<Problem>& warnings) {
+  Raster r = read_raster(path);
+  refuse_pictures(r, path);
+  refuse_plan_units(r, path);
+  convert_heights(r, path, warnings);
+  if (r.bands > 1) warnings.push_back(raster_warning(path, fmt::format("{} bands", r.bands), "the first is taken as the heights", "give a file of one band if it is another: gdal_translate -b 2 in.tif out.tif"));
+  if (r.bytes) warnings.push_back(raster_warning(path, "values of 8 bits", "heights of whole metres from 0 to 255: a hillshade or another picture has such values", "give the elevation model itself, unless it is one"));
   return r;
 }
 

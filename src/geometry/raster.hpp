@@ -5,13 +5,22 @@
 /// executable's ../lib/talus.
 #pragma once
 #include <string>
+#include <vector>
 
+#include "core/error.hpp"
 #include "geometry/raster/raster_module.hpp"
 
 namespace talus::geometry {
 
 /// Throws InputError naming the file. Rotated rasters are refused; rows are returned north first.
 Raster read_raster(const std::string& path);
+
+/// The same for heights. Those whose band or coordinate system gives another unit of length than metres are converted, with a warning; pictures, palettes
+/// and grids whose plan is not in metres are refused. Warns of what is hardly heights: bytes, several bands.
+Raster read_heights(const std::string& path, std::vector<Problem>& warnings);
+
+/// Warns of heights and slopes that no terrain has in metres: above Mount Everest, half of the cells steeper than 60 degrees.
+void warn_of_size(const Raster& heights, const std::string& path, std::vector<Problem>& warnings);
 
 /// Writes .tif (GeoTIFF) or .asc (ESRI ASCII grid); NaN becomes NODATA.
 void write_raster(const std::string& path, const Raster& raster);

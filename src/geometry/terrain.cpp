@@ -6,7 +6,9 @@
 #include <cmath>
 
 #include "contact/surface_order.hpp"
+#include "core/disjoint_sets.hpp"
 #include "geometry/mesh.hpp"
+#include "geometry/precision.hpp"
 #include "geometry/raster.hpp"
 #include "geometry/raster_outliers.hpp"
 #include "geometry/terrain_sheets.hpp"
@@ -23,47 +25,62 @@ Problem too_high(const std::string& path, int row, int column, double z) {
           .remedy = "correct it there, or name the value as NODATA if it stands for none: NODATA_value in the header of an ASCII grid, gdal_edit.py -a_nodata for a GeoTIFF"};
 }
 
-/// Nodes of the raster as scene coordinates, cropped, with the triangles that all three corners have data for.
-void triangulate_grid(const Raster& r, const TerrainOptions& options, const std::string& path, Terrain& out,
-                      std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles) {
+/// Keeps the nodes within the crop box and one cell round it: what lies outside is no part of the scene, and nothing is said of it. Returns the row and
+/// column of the file that the first kept node has.
+std::pair<int, int> crop(Raster& r, const TerrainOptions& options, const std::string& path) {
   const double dx = r.transform[1], dy = -r.transform[5];
-  const double west = r.transform[0] + 0.5 * dx - options.origin.x();
-  const double south = r.transform[3] - (r.rows - 0.5) * dy - options.origin.y();
-  int j0 = 0, j1 = r.columns - 1, i0 = 0, i1 = r.rows - 1;  // kept nodes, i from the south
+  const double west = r.transform[0] + 0.5 * dx - options.origin.x(), north = r.transform[3] - 0.5 * dy - options.origin.y();
+  const double south = north - (r.rows - 1) * dy;
+  int j0 = 0, j1 = r.columns - 1, i0 = 0, i1 = r.rows - 1;  // kept nodes, i from the north
   if (options.crop) {
     const auto clamp = [](double x, int n) { return static_cast<int>(std::clamp(x, -1.0, static_cast<double>(n))); };
     j0 = std::max(0, clamp(std::floor((options.crop->min().x() - west) / dx + 1e-9), r.columns));
     j1 = std::min(r.columns - 1, clamp(std::ceil((options.crop->max().x() - west) / dx - 1e-9), r.columns));
-    i0 = std::max(0, clamp(std::floor((options.crop->min().y() - south) / dy + 1e-9), r.rows));
-    i1 = std::min(r.rows - 1, clamp(std::ceil((options.crop->max().y() - south) / dy - 1e-9), r.rows));
+    i0 = r.rows - 1 - std::min(r.rows - 1, clamp(std::ceil((options.crop->max().y() - south) / dy - 1e-9), r.rows));
+    i1 = r.rows - 1 - std::max(0, clamp(std::floor((options.crop->min().y() - south) / dy + 1e-9), r.rows));
   }
   if (j1 - j0 < 1 || i1 - i0 < 1)
     throw InputError(Problem{.file = path, .key = "site.crop",
-                             .value = fmt::format("grid spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", west,
-                                                  west + (r.columns - 1) * dx, south, south + (r.rows - 1) * dy),
+                             .value = fmt::format("grid spans x {:.6g} to {:.6g}, y {:.6g} to {:.6g} in scene coordinates", west, west + (r.columns - 1) * dx, south, north),
                              .rule = "keeps less than one cell of the grid", .remedy = "move the crop box or the origin"});
+  if (j1 - j0 + 1 == r.columns && i1 - i0 + 1 == r.rows) return {0, 0};
+  const int columns = j1 - j0 + 1, rows = i1 - i0 + 1;
+  for (int i = 0; i < rows; ++i) {
+    const auto from = r.values.begin() + static_cast<std::ptrdiff_t>(i + i0) * r.columns + j0;
+    std::copy(from, from + columns, r.values.begin() + static_cast<std::ptrdiff_t>(i) * columns);
+  }
+  r.columns = columns, r.rows = rows;
+  r.values.resize(static_cast<std::size_t>(columns) * rows);
+  r.transform[0] += j0 * r.transform[1];
+  r.transform[3] += i0 * r.transform[5];
+  return {i0, j0};
+}
+
+/// Nodes of the raster as scene coordinates, with the triangles that all three corners have data for. `first`: row and column of its first node in the file.
+void triangulate_grid(const Raster& r, const std::pair<int, int>& first, const TerrainOptions& options, const std::string& path, Terrain& out,
+                      std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles) {
   GridHoles& g = out.grid;
-  g.columns = j1 - j0 + 1;
-  g.rows = i1 - i0 + 1;
-  g.dx = dx, g.dy = dy;
-  g.x0 = west + j0 * dx;
-  g.y0 = south + i0 * dy;
+  g.columns = r.columns;
+  g.rows = r.rows;
+  g.dx = r.transform[1], g.dy = -r.transform[5];
+  g.x0 = r.transform[0] + 0.5 * g.dx - options.origin.x();
+  g.y0 = r.transform[3] - (r.rows - 0.5) * g.dy - options.origin.y();
   g.has_data.assign(static_cast<std::size_t>(g.columns) * g.rows, 0);
   std::vector<int> number(g.has_data.size(), -1);
   vertices.reserve(number.size());
   std::size_t missing = 0;
   for (int i = 0; i < g.rows; ++i)
     for (int j = 0; j < g.columns; ++j) {
-      const double z = r.values[static_cast<std::size_t>(r.rows - 1 - (i + i0)) * r.columns + (j + j0)];
+      const double z = r.values[static_cast<std::size_t>(r.rows - 1 - i) * r.columns + j];
       const std::size_t k = static_cast<std::size_t>(i) * g.columns + j;
       if (!std::isfinite(z)) {
         ++missing;
         continue;
       }
-      if (std::abs(z) > highest) throw InputError(too_high(path, r.rows - 1 - (i + i0), j + j0, z));
+      if (std::abs(z) > highest) throw InputError(too_high(path, first.first + r.rows - 1 - i, first.second + j, z));
       g.has_data[k] = 1;
       number[k] = static_cast<int>(vertices.size());
-      vertices.emplace_back(west + (j + j0) * dx, south + (i + i0) * dy, z - options.origin.z());
+      vertices.emplace_back(g.x0 + j * g.dx, g.y0 + i * g.dy, z - options.origin.z());
     }
   triangles.reserve(2 * number.size());
   for (int i = 0; i + 1 < g.rows; ++i)
@@ -79,8 +96,25 @@ void triangulate_grid(const Raster& r, const TerrainOptions& options, const std:
   if (missing > 0)
     out.warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain",
                             .value = fmt::format("{} of {} nodes", missing, number.size()),
-                            .rule = "NODATA: the terrain has holes or a ragged edge there",
+                            .rule = "NODATA, or masked: the terrain has holes or a ragged edge there",
                             .remedy = "the ground ends there in walls, and a block that gets there falls; fill the grid if that matters"});
+}
+
+/// Warns of pieces of a grid that NODATA cuts off from the largest.
+void warn_of_islands(const std::vector<Vec3>& vertices, const std::vector<std::array<int, 3>>& triangles, const TerrainOptions& options, const std::string& path, std::vector<Problem>& warnings) {
+  DisjointSets sets(static_cast<int>(vertices.size()));
+  for (const auto& t : triangles) sets.join(t[0], t[1]), sets.join(t[0], t[2]);
+  std::vector<std::size_t> size(vertices.size(), 0);
+  for (const auto& t : triangles) ++size[static_cast<std::size_t>(sets.root(t[0]))];
+  std::vector<std::pair<std::size_t, std::size_t>> pieces;   // triangles, a vertex
+  for (std::size_t v = 0; v < size.size(); ++v)
+    if (size[v] > 0) pieces.emplace_back(size[v], v);
+  if (pieces.size() < 2) return;
+  std::sort(pieces.begin(), pieces.end(), [](const auto& a, const auto& b) { return a.first != b.first ? a.first > b.first : a.second < b.second; });
+  const Vec3 at = vertices[pieces.back().second] + options.origin;
+  warnings.push_back({.severity = Problem::Severity::warning, .file = path, .key = "site.terrain", .value = fmt::format("{} pieces", pieces.size()),
+                      .rule = fmt::format("NODATA cuts the grid apart: beside the largest, of {} triangles, there are others, the smallest of {} at x = {:.10g}, y = {:.10g}", pieces[0].first, pieces.back().first, at.x(), at.y()),
+                      .remedy = "fill the grid between them, or set what is loose to NODATA"});
 }
 
 /// Heights that stand out, in the grid as it is in the file.
@@ -253,7 +287,7 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
       throw InputError(Problem{.file = name, .key = "site.terrain", .value = fmt::format("vertex {} at [{:g}, {:g}, {:g}]", &v - vertices.data() + 1, v.x(), v.y(), v.z()),
                                .rule = fmt::format("coordinates must not exceed {:g} m", farthest), .remedy = "correct the file"});
   std::vector<Problem> warnings;
-  if (!options.two_sided) warnings = orient_sheets(vertices, triangles, name, options.origin);
+  if (!options.two_sided) warnings = orient_sheets(vertices, triangles, name, options.origin, options.crop);
   Terrain out = assemble(std::move(vertices), std::move(triangles), options, name);
   out.warnings.insert(out.warnings.begin(), warnings.begin(), warnings.end());
   return out;
@@ -265,15 +299,21 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   if (path.empty()) return make_terrain({}, {}, options, options.breaklines);
   if (is_mesh_file(path)) {
     Mesh mesh = read_mesh(path);
+    std::vector<Problem> rounded = rounding_warning(mesh.vertices, mesh.triangles, path);
     for (Vec3& v : mesh.vertices) v -= options.origin;
-    return make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), options, path);
+    Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), options, path);
+    out.warnings.insert(out.warnings.begin(), rounded.begin(), rounded.end());
+    return out;
   }
-  const Raster raster = read_raster(path);
-  expect_same_crs(options.crs, raster.crs, path, "site.crs");
   Terrain grid;
+  Raster raster = read_heights(path, grid.warnings);
+  expect_same_crs(options.crs, raster.crs, path, "site.crs");
+  const std::pair<int, int> first = crop(raster, options, path);
+  warn_of_size(raster, path, grid.warnings);
   std::vector<Vec3> vertices;
   std::vector<std::array<int, 3>> triangles;
-  triangulate_grid(raster, options, path, grid, vertices, triangles);
+  triangulate_grid(raster, first, options, path, grid, vertices, triangles);
+  warn_of_islands(vertices, triangles, options, path, grid.warnings);
   TerrainOptions rest = options;
   rest.crop.reset();  // already done, on whole cells
   if (rest.crs.empty()) rest.crs = raster.crs;

@@ -11,6 +11,7 @@
 /// is left out. Both are warned of with their place.
 #pragma once
 #include <array>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -19,8 +20,9 @@
 
 namespace talus::geometry {
 
-/// Orients the triangles in place and drops repeated ones (the same three vertices) but for the first. `name` is the file for the warnings;
-/// `origin` is added to places in them: map coordinates [m].
-std::vector<Problem> orient_sheets(const std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, const std::string& name, const Vec3& origin = Vec3::Zero());
+/// Orients the triangles in place and drops repeated ones (the same three vertices) but for the first. Warns of that, of loose pieces and of holes.
+/// `name` is the file for the warnings; `origin` is added to places in them: map coordinates [m]. Nothing is said of what lies outside of `crop`.
+std::vector<Problem> orient_sheets(const std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, const std::string& name, const Vec3& origin = Vec3::Zero(),
+                                   const std::optional<Box3>& crop = std::nullopt);
 
 }  // namespace talus::geometry

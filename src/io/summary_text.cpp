@@ -161,7 +161,7 @@ json SummaryBuilder::of_blocks() const {
 }
 
 json SummaryBuilder::of_energy() const {
-  const double scale = std::max(kinetic_peak_, 1e-300);
+  const double scale = std::max({kinetic_peak_, least_kinetic(), 1e-300});
   return {{"start", energy_of(first_)},
           {"end", energy_of(last_)},
           {"kinetic_peak", kinetic_peak_},
@@ -170,7 +170,7 @@ json SummaryBuilder::of_energy() const {
           {"damping_work", last_.damping_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
-          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / std::max(scale, least_kinetic()) : 0.0},
+          {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},
           {"step_dependence", last_.step_dependence},
           {"external_work", last_.external_work},
           {"residual_end", last_.residual},
@@ -181,13 +181,15 @@ json SummaryBuilder::of_energy() const {
 
 /// How well each kind of number is known; a number without a comparison of its own is never better than extrapolated.
 json SummaryBuilder::of_confidence() const {
-  const auto share = [&](double part) { return kinetic_peak_ > 0 ? std::abs(part) / kinetic_peak_ : 0.0; };
+  const bool moved = kinetic_peak_ >= least_kinetic();
+  const auto share = [&](double part) { return kinetic_peak_ > 0 ? std::abs(part) / std::max(kinetic_peak_, least_kinetic()) : 0.0; };
   json confidence = json::array();
   const auto say = [&](const std::string& quantity, const char* level, std::string basis) {
     confidence.push_back({{"quantity", quantity}, {"level", level}, {"basis", std::move(basis)}});
   };
   say("energy and momentum ledger", "verified",
-      fmt::format("every loss is booked where it occurs; of the greatest kinetic energy the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}", share(residual_worst_),
+      fmt::format("every loss is booked where it occurs; of {} the worst residual of this run is {:.2g}, and the scheme itself {} {:.2g}",
+                  moved ? "the greatest kinetic energy" : "the kinetic energy of all blocks at 1 cm/s, which none reached,", share(residual_worst_),
                   last_.by_the_scheme() < 0 ? "made" : "took", share(last_.by_the_scheme())));
   if (steps_ == Steps::scheme_1988)
     say("motion of blocks for the given terrain and contact parameters", "extrapolated", "the scheme of 1988: how far blocks rebound, turn and creep depends on its step and its springs (docs/theory/dda-1988.md)");

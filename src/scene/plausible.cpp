@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <numbers>
 #include <string>
 #include <utility>
@@ -170,6 +171,22 @@ void warn_of_bare_angles(const Node& table, const std::string& path, const Readi
   }
 }
 
+/// Names that differ by case only are different names here, and the same to a reader and to many file systems.
+void warn_of_like_names(const View& root, const char* kind) {
+  std::vector<std::pair<std::string, const View*>> lower;
+  const std::vector<View> views = root.tables(kind);
+  for (const View& view : views) {
+    if (!view.get("name")) continue;
+    std::string name = view.text("name");
+    std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+    lower.emplace_back(std::move(name), &view);
+  }
+  std::stable_sort(lower.begin(), lower.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (std::size_t i = 1; i < lower.size(); ++i)
+    if (const std::string first = lower[i - 1].second->text("name"); lower[i].first == lower[i - 1].first && first != lower[i].second->text("name"))
+      lower[i].second->problem("name", fmt::format("differs from \"{}\" by case only: they are two {}s", first, kind), "rename one, or write both alike if one is meant", warning);
+}
+
 }  // namespace
 
 void warn_of_the_implausible(const Reading& in, const View& root) {
@@ -187,6 +204,7 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
     warn_of_bars_through_stirrups(structures[i].tables("rebar"));
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
+  for (const char* kind : {"material", "block", "structure"}) warn_of_like_names(root, kind);
   if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
   if (const auto simulation = root.table("simulation"); simulation && simulation->get("gravity") && in.scene.simulation.gravity.z() > 0)
     simulation->problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);

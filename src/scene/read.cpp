@@ -8,6 +8,7 @@
 #include "core/names.hpp"
 #include "core/sha256.hpp"
 #include "core/suggest.hpp"
+#include "core/text_file.hpp"
 #include "scene/fragment_names.hpp"
 #include "scene/reading.hpp"
 
@@ -266,7 +267,7 @@ Scene read_scene(const std::string& path, const Overrides& overrides) {
   std::ostringstream text;
   text << stream.rdbuf();
   if (!stream) throw InputError(whole_file(path, "cannot be read", "check its permissions"));
-  return read_scene_text(text.str(), path, overrides);
+  return read_scene_text(as_utf8(text.str(), path), path, overrides);
 }
 
 }  // namespace talus::scene

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <optional>
 #include <set>
 #include <sstream>
 
 #include "core/suggest.hpp"
+#include "core/text_file.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
 
@@ -132,7 +133,7 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
     if (const Node* friction = view.get("friction")) {
       law.friction = friction_coefficient(*friction);
       if (friction->is_number() && law.friction >= 15 && law.friction < 90)
-        view.problem("friction", "a bare number is the coefficient, and this one is unusually large", fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
+        view.problem("friction", fmt::format("a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg", std::atan(friction->as_number()) * 180 / M_PI), fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
     }
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");
@@ -278,41 +279,89 @@ double friction_coefficient(const Node& node) {
   return given.dimension == dimension::angle ? std::tan(given.value) : given.value;
 }
 
+namespace {
+
+/// How the cells of a table are kept apart: by semicolons or tabs where it has any, and then a comma in a number is a decimal comma; else by commas.
+char separator_of(const std::string& text) {
+  std::istringstream in(text);
+  bool tab = false;
+  for (std::string line; std::getline(in, line);) {
+    const auto first = line.find_first_not_of(" \t\r");
+    if (first == std::string::npos || line[first] == '#') continue;
+    if (line.find(';') != std::string::npos) return ';';
+    tab = tab || line.find('\t', first) != std::string::npos;
+  }
+  return tab ? '\t' : ',';
+}
+
+std::vector<std::string> cells_of(const std::string& line, char separator) {
+  std::vector<std::string> cells;
+  std::size_t at = 0;
+  while (at <= line.size()) {
+    const std::size_t end = std::min(line.find(separator, at), line.size());
+    std::string cell = line.substr(at, end - at);
+    cell.erase(0, cell.find_first_not_of(" \t\""));
+    cell.erase(cell.find_last_not_of(" \t\"") + 1);
+    cells.push_back(std::move(cell));
+    at = end + 1;
+  }
+  if (cells.back().empty()) cells.pop_back();   // a separator that ends the line
+  return cells;
+}
+
+std::optional<double> number_of(std::string cell, char separator) {
+  if (separator != ',' && std::count(cell.begin(), cell.end(), ',') == 1 && cell.find('.') == std::string::npos) std::replace(cell.begin(), cell.end(), ',', '.');
+  std::string error;
+  const auto value = parse_quantity(cell, error);
+  if (!value || !value->dimension.none()) return {};
+  return value->value;
+}
+
+}  // namespace
+
 std::vector<std::vector<double>> read_numbers(const View& view, const std::string& key, const std::string& path, std::size_t columns,
                                               std::vector<std::string>* header, std::vector<int>* lines) {
-  std::ifstream file(path);
+  std::string text;
+  try {
+    text = read_text(path);
+  } catch (const InputError& e) {
+    view.problem(key, e.problems()[0].rule, e.problems()[0].remedy);
+    return {};
+  }
+  const char separator = separator_of(text);
+  const char* const remedy = "numbers in SI with decimal points, separated by commas; or with decimal commas, separated by semicolons";
   std::vector<std::vector<double>> rows;
+  std::istringstream in(text);
+  std::size_t expected = columns;
   std::string line;
-  for (int number = 1; std::getline(file, line); ++number) {
+  for (int number = 1; std::getline(in, line); ++number) {
     if (!line.empty() && line.back() == '\r') line.pop_back();
-    if (line.find_first_not_of(" \t,;") == std::string::npos || line[0] == '#') continue;
-    std::replace(line.begin(), line.end(), ';', ',');
-    std::vector<std::string> cells;
-    std::istringstream split(line);
-    for (std::string cell; std::getline(split, cell, ',');) {
-      cell.erase(0, cell.find_first_not_of(" \t\""));
-      cell.erase(cell.find_last_not_of(" \t\"") + 1);
-      cells.push_back(cell);
-    }
+    if (line.find_first_not_of(" \t,;") == std::string::npos || line[line.find_first_not_of(" \t")] == '#') continue;
+    const std::vector<std::string> cells = cells_of(line, separator);
     std::vector<double> row;
     for (const std::string& cell : cells) {
-      std::string error;
-      const auto value = parse_quantity(cell, error);
-      if (!value || !value->dimension.none()) break;
-      row.push_back(value->value);
+      const auto value = number_of(cell, separator);
+      if (!value) break;
+      row.push_back(*value);
     }
-    if (row.size() < cells.size() && rows.empty() && row.empty()) {   // header
+    const bool begins_a_number = cells[0].find_first_of("0123456789") <= 1;   // after a sign or a point
+    if (row.empty() && rows.empty() && !begins_a_number) {   // header
       if (header && header->empty()) *header = cells;
+      if (expected == 0) expected = cells.size();
       continue;
     }
-    if (row.size() < cells.size() || row.size() < columns) {
-      view.problem(key, fmt::format("line {} of the file is not {} numbers", number, columns == 0 ? "only" : fmt::format("{}", columns)), "correct the line: numbers in SI, separated by commas");
+    if (row.size() < cells.size()) {
+      view.problem(key, fmt::format("line {} of the file: \"{}\" is not a number", number, cells[row.size()]), remedy);
+      return {};
+    }
+    if (expected > 0 && row.size() != expected) {
+      view.problem(key, fmt::format("line {} of the file has {} numbers where {} are expected{}", number, row.size(), expected, separator == ',' && row.size() > expected ? "; are the commas decimal ones?" : ""), remedy);
       return {};
     }
     rows.push_back(std::move(row));
     if (lines) lines->push_back(number);
   }
-  if (rows.empty()) view.problem(key, "the file holds no rows of numbers", "give numbers in SI, separated by commas");
+  if (rows.empty()) view.problem(key, "the file holds no rows of numbers", remedy);
   return rows;
 }
 

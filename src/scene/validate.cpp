@@ -117,6 +117,8 @@ class Validator {
     std::string remedy = "give a value in this range";
     if (low && key.dimension == dimension::pressure && owner.is_number() && value > 0 && 1e6 * value >= key.min && 1e6 * value <= key.max)
       remedy = fmt::format("a bare number is in Pa: did you mean \"{:g} MPa\"?", value);
+    if (high && key.dimension == dimension::length && owner.is_number() && 1e-3 * value >= key.min && 1e-3 * value <= key.max)
+      remedy = fmt::format("a bare number is in m: did you mean \"{:g} mm\"?", value);
     if (high && (key.dimension == dimension::angle) && owner.is_number()) remedy = "a bare number is in radians: write it with its unit, e.g. \"29 deg\"";
     report(owner, fmt::format("must be {}", range_text(key)), remedy);
     return false;

@@ -7,6 +7,7 @@
 #include "core/names.hpp"
 #include "geometry/block_output.hpp"
 #include "geometry/mass_properties.hpp"
+#include "geometry/precision.hpp"
 #include "geometry/shape.hpp"
 #include "scene/fragment_names.hpp"
 #include "sim/held_points.hpp"
@@ -34,6 +35,18 @@ geometry::ShapeSpec shape_spec(const scene::Shape& s, double density) {
 
 /// Kelvin-Voigt time so that the slowest strain mode of the block has this ratio of critical damping.
 constexpr double strain_damping_ratio = 0.02;
+
+/// STL holds single precision: of coordinates of a map it keeps centimetres to half a metre.
+std::vector<Problem> rounded_shape(const scene::Block& b, const geometry::Shape& shape) {
+  constexpr double allowed = 1e-4;   // of the size
+  if (b.shape.file.empty() || !geometry::is_stl_file(b.shape.file)) return {};
+  const double step = geometry::single_precision_step(shape.shift.cwiseAbs().maxCoeff());
+  if (step <= allowed * shape.body.radius) return {};
+  return {{.severity = Problem::Severity::warning, .file = b.shape.file, .key = "block." + b.name + ".file",
+           .value = fmt::format("centroid at [{:.7g}, {:.7g}, {:.7g}]", shape.shift.x(), shape.shift.y(), shape.shift.z()),
+           .rule = fmt::format("STL keeps seven digits, here steps of {:.2g} m: the shape of a block of radius {:.3g} m is rounded to them", step, shape.body.radius),
+           .remedy = "export it about a local origin, or as OBJ or PLY with all digits"}};
+}
 
 }  // namespace
 
@@ -116,6 +129,7 @@ void Builder::add_block(const scene::Block& b) {
     const double density = world_->scene.materials[static_cast<std::size_t>(b.material)].density;
     geometry::Shape shape = geometry::make_shape_with_shift(shape_spec(b.shape, density));
     if (b.release) return add_copies(b, shape.body);
+    add_warnings(rounded_shape(b, shape));
     dda::Model::Block block = make_block(b.name, std::move(shape.body), b.material, b.deformable);
     const Vec3 c = b.position ? *b.position : shape.shift;
     block.fixed = b.fixed;

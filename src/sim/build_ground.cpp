@@ -45,6 +45,26 @@ void Builder::index_terrain() {
   env_.terrain = std::make_unique<contact::SurfaceIndex>(geometry::with_border_walls(terrain_->surface, world_->scene.planes, lowest - 4 * radius));
 }
 
+/// A rock larger than any, or than the ground that it is to roll on, is one in millimetres or centimetres.
+void Builder::check_size(std::size_t i) {
+  constexpr double largest = 100;   // [m]
+  const dda::Model::Block& b = model_.blocks[i];
+  Box3 box;
+  for (const Vec3& x : b.shape->vertices) box.extend(x);
+  const double size = box.sizes().maxCoeff();
+  std::string rule;
+  if (b.fixed) return;
+  if (terrain_) {
+    const Vec3 ground = env_.terrain->bounds().sizes();
+    if (const double side = std::min(ground.x(), ground.y()); size > side) rule = fmt::format("is larger than the terrain, which spans {:.4g} x {:.4g} m", ground.x(), ground.y());
+  }
+  if (rule.empty() && size > largest) rule = fmt::format("is larger than {:g} m: no rock falls as one piece of that size", largest);
+  if (rule.empty()) return;
+  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "block." + b.name, .value = fmt::format("{:.4g} x {:.4g} x {:.4g} m", box.sizes().x(), box.sizes().y(), box.sizes().z()), .rule = rule,
+                 .remedy = size > 10 * largest ? fmt::format("lengths are metres, those of mesh files too: in millimetres it would be {:.3g} m; volume or mass scale a shape", 1e-3 * size)
+                                               : "lengths are metres, those of mesh files too: check the unit; volume or mass scale a shape"}});
+}
+
 void Builder::check_buried(std::size_t i) {
   const Vec3& c = state_.blocks.c[i];
   const contact::Plumb plumb = contact::plumb_at(*env_.terrain, c);
@@ -56,6 +76,7 @@ void Builder::check_buried(std::size_t i) {
 }
 
 void Builder::check_ground() {
+  for (std::size_t i = 0; i < single_blocks_; ++i) check_size(i);
   if (!terrain_) return;
   const Box3 box = env_.terrain->bounds();
   const Eigen::AlignedBox2d limits(Eigen::Vector2d(box.min().head<2>()), Eigen::Vector2d(box.max().head<2>()));

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "core/solid_mesh_parts.hpp"
 #include "coupling/touch.hpp"
 #include "sim/fineness.hpp"
 #include "sim/footing.hpp"
@@ -26,6 +27,25 @@ Report Builder::report_of(const std::string& name) {
   };
 }
 
+namespace {
+
+/// Parts of a mesh file that lie on each other without common nodes. With a preload a part that nothing holds is an error of its own.
+std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
+  if (spec.kind != "mesh" || !is_solid_mesh_file(spec.file)) return {};
+  const UnmergedNodes found = unmerged_nodes(read_solid_mesh(spec.file));
+  if (found.count == 0) return {};
+  Problem p;
+  p.severity = Problem::Severity::warning;
+  p.file = spec.file;
+  p.key = fmt::format("structure.{}.file", spec.name);
+  p.value = fmt::format("{} node{}, one at [{:.6g}, {:.6g}, {:.6g}] of the file", found.count, found.count == 1 ? "" : "s", found.first.x(), found.first.y(), found.first.z());
+  p.rule = fmt::format("lie on nodes of another part and are not merged with them: the mesh is {} parts that nothing ties together", found.parts);
+  p.remedy = "merge coincident nodes (Gmsh: Coherence Mesh), unless the parts are to come apart";
+  return {p};
+}
+
+}  // namespace
+
 void Builder::add_structures() {
   for (StructureSpec spec : world_->scene.structures) {
     coupling::StructurePart part;
@@ -46,6 +66,7 @@ void Builder::add_structures() {
     }
     part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
+    add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
     const std::vector<Member> members = part.structure->members();

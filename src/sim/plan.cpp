@@ -209,6 +209,17 @@ std::vector<Problem> Simulation::warnings() const {
   const World& w = *world_;
   std::vector<Problem> found = w.scene.warnings;
   const auto& parts = w.system->environment().structures;
+  if (w.scene.simulation.step)
+    if (const double most = time_bound(w).most; most > day) {
+      Problem p;
+      p.severity = Problem::Severity::warning;
+      p.file = w.scene.file;
+      p.key = "simulation.step";
+      p.value = fmt::format("{:g} s", *w.scene.simulation.step);
+      p.rule = fmt::format("makes {:.2g} steps of the duration, up to {} of CPU time", w.scene.simulation.duration / *w.scene.simulation.step, spoken(most));
+      p.remedy = "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place";
+      found.push_back(std::move(p));
+    }
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].fixed_surface && !parts[i].one_way) continue;
     const StructureSpec& spec = w.scene.structures[i];

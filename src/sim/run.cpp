@@ -53,6 +53,14 @@ class Instants {
   long index_;
 };
 
+/// What relative energies are relative to: the largest kinetic energy, or that of all free blocks at 1 cm/s where nothing got so fast [J].
+double energy_scale(const World& w) {
+  constexpr double least = 5e-5;   // [J/kg]
+  double mass = 0;
+  for (const dda::Model::Block& b : w.system->model().blocks) mass += b.fixed ? 0 : b.mass;
+  return std::max(w.energy_peak, least * mass);
+}
+
 /// Tells the sink what the world is at an instant.
 class Telling {
  public:
@@ -87,7 +95,7 @@ class Telling {
   void history(const Moment& moment) {
     const HistoryRow row = w_.row(moment);
     sink_.history(row);
-    residual_ = w_.energy_peak > 0 ? row.ledger.residual / w_.energy_peak : 0;
+    residual_ = w_.energy_peak > 0 ? row.ledger.residual / energy_scale(w_) : 0;
     last_row_ = moment.time;
   }
 
@@ -131,14 +139,6 @@ bool all_left(const World& w) {
 }
 
 bool audited(const World& w) { return !w.system->environment().structures.empty(); }
-
-/// What energies of the run are related to: the largest kinetic energy, at least what blocks gain by falling as far as the accuracy leaves open [J].
-double energy_moved(const World& w) {
-  double weight = 0;   // times radius [J]
-  for (const dda::Model::Block& b : w.system->model().blocks)
-    if (!b.fixed) weight += b.mass * w.system->model().gravity.norm() * b.shape->radius;
-  return std::max(w.energy_peak, w.scene.simulation.accuracy.value_or(1e-3) * weight);
-}
 
 /// The interface's sums over the run (interface.md: audit).
 InterfaceAudit audit_of(const World& w) {
@@ -232,7 +232,7 @@ RunResult Simulation::run(Sink& sink, const std::atomic<int>* stop) {
   }
   if (s.coupling.strict && result.exit_code == 0) {
     const LedgerRow ledger = w.ledger(w.now());
-    const double moved = energy_moved(w), scale = moved > 0 ? 1 / moved : 0;
+    const double scale = w.energy_peak > 0 ? 1 / energy_scale(w) : 0;
     result.message = audit_failure(result.audit, scale * std::abs(ledger.residual), scale * std::max(0.0, -ledger.by_the_scheme()), scale * result.counters.worst_gain);
     if (!result.message.empty()) result.exit_code = 1;
   }

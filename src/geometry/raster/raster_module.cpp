@@ -3,6 +3,8 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_string.h>
+#include <cpl_vsi.h>
 #include <gdal.h>
 #include <ogr_srs_api.h>
 
@@ -49,14 +51,120 @@ std::string name_of(OGRSpatialReferenceH srs) {
   return text;
 }
 
+/// The system of a grid of text: the .prj beside it.
+OGRSpatialReferenceH system_beside(const char* path) {
+  std::string prj = path;
+  const auto dot = prj.find_last_of('.');
+  if (dot == std::string::npos || prj.find('/', dot) != std::string::npos) return nullptr;
+  prj.replace(dot, std::string::npos, ".prj");
+  char** lines = CSLLoad2(prj.c_str(), 10000, 10000, nullptr);
+  if (!lines) return nullptr;
+  OGRSpatialReferenceH srs = OSRNewSpatialReference(nullptr);
+  const bool good = OSRImportFromESRI(srs, lines) == OGRERR_NONE;
+  CSLDestroy(lines);
+  if (good) return srs;
+  OSRDestroySpatialReference(srs);
+  return nullptr;
+}
+
+/// Of a compound system the part in plan is the one that maps are compared by.
+std::string name_in_plan(OGRSpatialReferenceH srs) {
+  if (!srs || !OSRIsCompound(srs)) return name_of(srs);
+  OGRSpatialReferenceH plan = OSRClone(srs);
+  OSRStripVertical(plan);
+  const std::string name = name_of(plan);
+  OSRDestroySpatialReference(plan);
+  return name;
+}
+
+void tell_units(OGRSpatialReferenceH srs, Raster* out) {
+  out->crs = name_in_plan(srs);
+  out->geographic = srs && OSRIsGeographic(srs) != 0;
+  if (!srs) return;
+  char* name = nullptr;
+  if (!out->geographic) {
+    out->metres = OSRGetLinearUnits(srs, &name);
+    if (name) out->unit = name;
+  }
+  if (OSRIsCompound(srs) || OSRIsVertical(srs)) {
+    name = nullptr;
+    out->vertical_metres = OSRGetTargetLinearUnits(srs, "VERT_CS", &name);
+    if (name) out->vertical_unit = name;
+  }
+}
+
+/// Where an alpha band is zero there are no data. The library takes alpha for a mask where it is of 8 or 16 bits alone.
+bool apply_alpha(GDALDatasetH data, Raster* out) {
+  std::vector<double> alpha;
+  for (int b = 2; b <= GDALGetRasterCount(data); ++b) {
+    GDALRasterBandH band = GDALGetRasterBand(data, b);
+    if (GDALGetRasterColorInterpretation(band) != GCI_AlphaBand) continue;
+    alpha.resize(out->values.size());
+    if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, alpha.data(), out->columns, out->rows, GDT_Float64, 0, 0) != CE_None) return false;
+    for (std::size_t i = 0; i < alpha.size(); ++i)
+      if (alpha[i] == 0) out->values[i] = std::numeric_limits<double>::quiet_NaN();
+  }
+  return true;
+}
+
+/// Values without data by the band's mask: NODATA or a band of masks, whatever the file has.
+bool apply_mask(GDALRasterBandH band, Raster* out) {
+  const int flags = GDALGetMaskFlags(band);
+  if ((flags & GMF_ALL_VALID) != 0) return true;
+  std::vector<unsigned char> mask(out->values.size());
+  if (GDALRasterIO(GDALGetMaskBand(band), GF_Read, 0, 0, out->columns, out->rows, mask.data(), out->columns, out->rows, GDT_Byte, 0, 0) != CE_None) return false;
+  for (std::size_t i = 0; i < mask.size(); ++i)
+    if (mask[i] == 0) out->values[i] = std::numeric_limits<double>::quiet_NaN();
+  return true;
+}
+
+void tell_kind(GDALDatasetH data, GDALRasterBandH band, Raster* out) {
+  const GDALColorInterp colour = GDALGetRasterColorInterpretation(band);
+  out->palette = GDALGetRasterColorTable(band) != nullptr || colour == GCI_PaletteIndex;
+  out->colours = colour >= GCI_RedBand && colour <= GCI_YCbCr_CrBand && colour != GCI_AlphaBand;
+  out->bands = 0;
+  for (int b = 1; b <= GDALGetRasterCount(data); ++b) out->bands += GDALGetRasterColorInterpretation(GDALGetRasterBand(data, b)) != GCI_AlphaBand;
+}
+
+/// While it lives, what stands beside a file (.aux.xml) is read as part of it, and the unit of heights as part of its coordinate system. Nothing is written
+/// beside files that are only read.
+struct AllThatIsSaid {
+  AllThatIsSaid() { set("YES", "YES"); }
+  ~AllThatIsSaid() { set(nullptr, nullptr); }
+
+ private:
+  static void set(const char* sidecar, const char* heights) {
+    CPLSetThreadLocalConfigOption("GDAL_PAM_ENABLED", sidecar);
+    CPLSetThreadLocalConfigOption("GTIFF_REPORT_COMPD_CS", heights);
+  }
+};
+
+/// Ends with the copy of a text in the library's memory.
+struct InMemory {
+  std::string name;
+  ~InMemory() {
+    if (!name.empty()) VSIUnlink(name.c_str());
+  }
+};
+
 }  // namespace
 
-extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const char* path, Raster* out) {
+extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const char* path, const std::string* text, Raster* out) {
   start();
+  const AllThatIsSaid all;
   CPLErrorReset();
+  InMemory copy;
+  std::string bytes;
+  if (text) {
+    copy.name = "/vsimem/talus_grid.asc";
+    bytes = *text;
+    VSILFILE* file = VSIFileFromMemBuffer(copy.name.c_str(), reinterpret_cast<GByte*>(bytes.data()), bytes.size(), FALSE);
+    if (!file) return fail(out, "cannot be held in memory");
+    VSIFCloseL(file);
+  }
   // The grid text driver reads as 32-bit unless told: heights in map coordinates need all their digits.
   const char* options[] = {"DATATYPE=Float64", nullptr};
-  GDALDatasetH data = GDALOpenEx(path, GDAL_OF_RASTER | GDAL_OF_READONLY, height_formats, options, nullptr);
+  GDALDatasetH data = GDALOpenEx(text ? copy.name.c_str() : path, GDAL_OF_RASTER | GDAL_OF_READONLY, height_formats, options, nullptr);
   if (!data) return fail(out, "not a raster that GDAL reads");
   const std::unique_ptr<void, void (*)(void*)> close(data, [](void* d) { GDALClose(d); });
   out->columns = GDALGetRasterXSize(data);
@@ -75,13 +183,27 @@ extern "C" __attribute__((visibility("default"))) bool talus_raster_read(const c
   out->values.resize(static_cast<std::size_t>(out->columns) * out->rows);
   if (GDALRasterIO(band, GF_Read, 0, 0, out->columns, out->rows, out->values.data(), out->columns, out->rows, GDT_Float64, 0, 0) != CE_None)
     return fail(out, "cannot be read to its end");
+  if (GDALDataTypeIsComplex(GDALGetRasterDataType(band))) return fail(out, "holds complex numbers");
+  if (!apply_mask(band, out) || !apply_alpha(data, out)) return fail(out, "its mask cannot be read");
   int has_nodata = 0;
   const double nodata = GDALGetRasterNoDataValue(band, &has_nodata);
   if (has_nodata)
     for (double& z : out->values)
-      if (z == nodata || (std::isnan(nodata) && std::isnan(z))) z = std::numeric_limits<double>::quiet_NaN();
-  out->crs = name_of(GDALGetSpatialRef(data));
-  out->geographic = GDALGetSpatialRef(data) && OSRIsGeographic(GDALGetSpatialRef(data)) != 0;
+      if (z == nodata) z = std::numeric_limits<double>::quiet_NaN();   // where a mask goes before it
+  int has_scale = 0, has_offset = 0;
+  const double scale = GDALGetRasterScale(band, &has_scale), offset = GDALGetRasterOffset(band, &has_offset);
+  out->bytes = GDALGetRasterDataType(band) == GDT_Byte && !(has_scale && scale != 1);
+  if ((has_scale && scale != 1) || (has_offset && offset != 0))
+    for (double& z : out->values) z = z * (has_scale ? scale : 1) + (has_offset ? offset : 0);
+  if (const char* unit = GDALGetRasterUnitType(band)) out->band_unit = unit;
+  tell_kind(data, band, out);
+  if (text) {
+    OGRSpatialReferenceH srs = system_beside(path);
+    tell_units(srs, out);
+    if (srs) OSRDestroySpatialReference(srs);
+  } else {
+    tell_units(GDALGetSpatialRef(data), out);
+  }
   return true;
 }
 

@@ -13,7 +13,9 @@
 #include "core/log.hpp"
 #include "core/names.hpp"
 #include "core/sha256.hpp"
+#include "core/solid_mesh_parts.hpp"
 #include "core/suggest.hpp"
+#include "core/text_file.hpp"
 
 namespace talus {
 namespace {
@@ -33,6 +35,40 @@ TEST(Names, OfPiecesAreToldFromOthers) {
 TEST(Names, AreShownWithoutWhatSteersATerminal) {
   EXPECT_EQ(printable("a\x1b[31m\xc2\x9b\u00e9\n"), "a\\x1b[31m\\xc2\\x9b\u00e9\n");
   EXPECT_EQ(printable("Fels\xe9"), "Fels\\xe9");
+}
+
+TEST(Text, OtherEncodingsBecomeUtf8) {
+  const auto units = [](const std::vector<int>& list, bool little) {
+    std::string s;
+    for (const int u : list) s += little ? std::string({static_cast<char>(u & 255), static_cast<char>(u >> 8)}) : std::string({static_cast<char>(u >> 8), static_cast<char>(u & 255)});
+    return s;
+  };
+  const std::vector<int> fels{0xFEFF, 'F', 0xE9, 0x20AC, 0xD83D, 0xDDFF, '\n'};
+  for (const bool little : {true, false}) EXPECT_EQ(as_utf8(units(fels, little), "t"), "F\u00e9\u20ac\U0001F5FF\n") << little;
+  EXPECT_EQ(as_utf8("\xEF\xBB\xBF" "a = 1\n", "t"), "a = 1\n");
+  EXPECT_EQ(as_utf8("a\rb\r", "t"), "a\nb\n");
+  EXPECT_EQ(as_utf8("a\r\nb", "t"), "a\r\nb");
+  EXPECT_THROW(as_utf8(units({0xFEFF, 0xD83D, 'a'}, true), "t"), InputError);   // half of a pair
+  EXPECT_THROW(as_utf8(units({0xFEFF, 'a'}, true) + "b", "t"), InputError);     // cut short
+  EXPECT_THROW(as_utf8(std::string("\xFF\xFE\0\0a\0\0\0", 8), "t"), InputError);   // UTF-32
+}
+
+TEST(SolidMesh, NodesThatLieOnEachOtherUnmergedAreFound) {
+  SolidMesh mesh;
+  for (int half = 0; half < 2; ++half)
+    for (int k = 0; k < 8; ++k) mesh.nodes.emplace_back(k & 1, (k >> 1) & 1, half + (k >> 2));
+  mesh.hexes = {{0, 1, 3, 2, 4, 5, 7, 6}, {8, 9, 11, 10, 12, 13, 15, 14}};
+  const UnmergedNodes found = unmerged_nodes(mesh);
+  EXPECT_EQ(found.parts, 2);
+  EXPECT_EQ(found.count, 4u);
+  EXPECT_EQ(found.first, Vec3(0, 0, 1));
+  mesh.hexes[1] = {4, 5, 7, 6, 12, 13, 15, 14};   // merged
+  EXPECT_EQ(unmerged_nodes(mesh).count, 0u);
+  EXPECT_EQ(unmerged_nodes(mesh).parts, 1);
+  mesh.hexes[1] = {8, 9, 11, 10, 12, 13, 15, 14};
+  for (int k = 8; k < 16; ++k) mesh.nodes[static_cast<std::size_t>(k)].z() += 0.01;   // apart
+  EXPECT_EQ(unmerged_nodes(mesh).parts, 2);
+  EXPECT_EQ(unmerged_nodes(mesh).count, 0u);
 }
 
 TEST(Csv, NamesAreNoFormulas) {

@@ -184,6 +184,27 @@ TEST(Mesh, RepairClosesOrientsAndWeldsButOnlyWhenAsked) {
   EXPECT_NEAR(signed_volume(fixed.vertices, fixed.triangles), 1, 1e-9);
 }
 
+/// Whatever is given: what encloses nothing or cannot be made a surface is reported, not died of.
+TEST(Mesh, RepairReportsWhatItCannotMend) {
+  Mesh one;
+  one.vertices = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  one.triangles = {{0, 1, 2}};
+  RepairReport report;
+  EXPECT_NO_THROW(repair(one, report));
+  EXPECT_FALSE(report.remaining.empty());
+  std::uint64_t x = 1;
+  const auto random = [&](int n) {
+    x = x * 6364136223846793005ull + 1442695040888963407ull;
+    return static_cast<int>((x >> 33) % static_cast<std::uint64_t>(n));
+  };
+  for (int k = 0; k < 200; ++k) {
+    Mesh soup;
+    for (int v = 0; v < 10; ++v) soup.vertices.emplace_back(random(3), random(3), random(3));
+    for (int t = random(25); t >= 0; --t) soup.triangles.push_back({random(10), random(10), random(10)});
+    EXPECT_NO_THROW(repair(soup, report)) << k;
+  }
+}
+
 TEST(Triangulation, PolygonWithTwoHoles) {
   std::vector<Vec3> v;
   const auto square = [&](double x, double y, double s, bool ccw) {

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "contact/plumb.hpp"
+#include "geometry/precision.hpp"
 #include "geometry/terrain.hpp"
 
 using namespace talus;
@@ -67,7 +68,9 @@ TEST(TerrainSheets, EachSheetIsTurnedByItself) {
   Triangles triangles = c.triangles;
   for (const Vec3& v : c.vertices) vertices.push_back(v + Vec3(100, 0, 0));
   for (const auto& t : turned(c.triangles, 0)) triangles.push_back({t[0] + 8, t[1] + 8, t[2] + 8});
-  EXPECT_TRUE(orient_sheets(vertices, triangles, "two.obj").empty());
+  const auto warnings = orient_sheets(vertices, triangles, "two.obj");
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].value, "2 pieces");
   for (std::size_t k = 0; k < given.size(); ++k) {
     EXPECT_EQ(triangles[k], given[k]);
     EXPECT_EQ(triangles[k + 6], (std::array<int, 3>{given[k][0] + 8, given[k][1] + 8, given[k][2] + 8}));
@@ -189,4 +192,54 @@ TEST(TerrainSheets, GroundIsTheFloorUnderAnOverhang) {
   EXPECT_NEAR(above.floor, 10, 1e-12);
   EXPECT_NEAR(index.height(0.5, 1), 10, 1e-12);
   EXPECT_TRUE(std::isnan(contact::plumb_at(index, {50, 1, 2}).floor));
+}
+
+TEST(TerrainSheets, LoosePiecesAndHolesAreNamed) {
+  std::vector<Vec3> v;
+  Triangles t;
+  for (int j = 0; j <= 6; ++j)
+    for (int i = 0; i <= 6; ++i) v.emplace_back(i, j, 0);
+  for (int j = 0; j < 6; ++j)
+    for (int i = 0; i < 6; ++i) {
+      if (i == 2 && j == 3) continue;
+      const int a = 7 * j + i;
+      t.push_back({a, a + 1, a + 8});
+      t.push_back({a, a + 8, a + 7});
+    }
+  const int first = static_cast<int>(v.size());
+  v.insert(v.end(), {Vec3(3, 3, 20), Vec3(4, 3, 20), Vec3(3, 4, 20)});
+  t.push_back({first, first + 1, first + 2});
+  Triangles same = t;
+  const auto warnings = orient_sheets(v, t, "scan.obj", Vec3(1000, 0, 0));
+  EXPECT_TRUE(warned(warnings, "1 face at [1003, 3, 20]"));
+  EXPECT_TRUE(warned(warnings, "faces are missing within the terrain"));
+  EXPECT_TRUE(orient_sheets(v, same, "scan.obj", Vec3::Zero(), Box3(Vec3(0, 0, 0), Vec3(1, 1, 0))).empty());   // all that lies outside of the crop
+}
+
+TEST(TerrainSheets, SinglePrecisionInMapCoordinatesIsNamed) {
+  const auto sheet = [](double east, double cell, bool floats) {
+    std::pair<std::vector<Vec3>, Triangles> m;
+    for (int j = 0; j <= 5; ++j)
+      for (int i = 0; i <= 5; ++i) {
+        Vec3 x(east + cell * i + 0.137 * ((i * j) % 3), 5200000 + cell * j + 0.211 * ((i + j) % 4), 500 + 0.3 * i);
+        if (floats) x = x.cast<float>().cast<double>();
+        m.first.push_back(x);
+      }
+    for (int j = 0; j < 5; ++j)
+      for (int i = 0; i < 5; ++i) {
+        const int a = 6 * j + i;
+        m.second.push_back({a, a + 1, a + 7});
+        m.second.push_back({a, a + 7, a + 6});
+      }
+    return m;
+  };
+  const auto [v, t] = sheet(600000, 5, true);
+  const auto found = rounding_warning(v, t, "map.stl");
+  ASSERT_EQ(found.size(), 1u);
+  EXPECT_NE(found[0].rule.find("single precision"), std::string::npos);
+  EXPECT_NE(found[0].value.find("steps of 0.5 m"), std::string::npos) << found[0].value;
+  const auto exact = sheet(600000, 5, false);
+  EXPECT_TRUE(rounding_warning(exact.first, exact.second, "map.obj").empty());
+  const auto wide = sheet(600000, 500, true);   // half a metre is nothing to faces of 500 m
+  EXPECT_TRUE(rounding_warning(wide.first, wide.second, "map.stl").empty());
 }

@@ -491,6 +491,19 @@ TEST(Recorder, WhatTheSchemeTookIsMeasuredByMoreThanWhatStands) {
   EXPECT_NEAR(relative(1e6), 1e-15, 1e-21);
 }
 
+TEST(Recorder, TheResidualIsRelativeToWhatMovedOrCouldHave) {
+  SyntheticRun run = small();
+  run.structure = false;
+  io::SummaryBuilder builder(run.header());
+  sim::HistoryRow row = run.row(0, 2);
+  row.ledger.kinetic = 1e-22;
+  row.ledger.residual = 2e-12;
+  builder.add(row);
+  const auto summary = nlohmann::json::parse(builder.text(nullptr));
+  EXPECT_LT(summary["energy"]["residual_relative"].get<double>(), 1e-6);
+  EXPECT_NE(summary["confidence"][0]["basis"].get<std::string>().find("at 1 cm/s, which none reached"), std::string::npos) << summary["confidence"][0];
+}
+
 TEST(Recorder, WhatWasFlushedSurvivesACutAtAnyByte) {
   const Scratch scratch;
   SyntheticRun run = small();

@@ -1,0 +1,212 @@
+// What a raster says of itself is heeded, refused or warned of.
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+
+#include "geometry/raster.hpp"
+#include "geometry/terrain.hpp"
+#include "tiny_tiff.hpp"
+
+using namespace talus;
+using namespace talus::geometry;
+
+namespace {
+
+struct File {
+  explicit File(const std::string& name) : path((std::filesystem::temp_directory_path() / ("talus_says_" + std::to_string(::getpid()) + "_" + name)).string()) {}
+  File(const std::string& name, const std::string& text) : File(name) { std::ofstream(path, std::ios::binary) << text; }
+  ~File() { std::filesystem::remove(path); }
+  std::string path;
+};
+
+TinyTiff tiff(std::vector<double> values) {
+  TinyTiff t;
+  t.values = std::move(values);
+  return t;
+}
+
+const std::vector<double> heights{501, 502, 503, 504, 505, 506, 507, 508, 509};
+
+Terrain terrain_of(const TinyTiff& t) {
+  const File file("t.tif");
+  t.write(file.path);
+  TerrainOptions o;
+  o.origin = Vec3(1000, 2000, 0);
+  return load_terrain(file.path, o);
+}
+
+/// The rule of the error, or empty.
+std::string refusal(const TinyTiff& t) {
+  try {
+    terrain_of(t);
+  } catch (const InputError& e) {
+    return e.problems()[0].rule;
+  }
+  return {};
+}
+
+bool warned(const Terrain& t, const std::string& part) {
+  return std::any_of(t.warnings.begin(), t.warnings.end(), [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
+}
+
+double north_west(const Terrain& t) {
+  for (const Vec3& v : t.surface.vertices)
+    if (std::abs(v.x() - 5) < 1e-9 && std::abs(v.y() - 25) < 1e-9) return v.z();
+  return std::nan("");
+}
+
+std::string item(const std::string& name, const std::string& value) { return "<Item name=\"" + name + "\" sample=\"0\" role=\"" + name + "\">" + value + "</Item>"; }
+
+}  // namespace
+
+TEST(RasterSays, ScaleAndOffsetAreApplied) {
+  TinyTiff t = tiff({10, 20, 30, 40, 50, 60, 70, 80, 90});
+  t.metadata = "<GDALMetadata>" + item("scale", "0.1") + item("offset", "500") + "</GDALMetadata>";
+  EXPECT_NEAR(north_west(terrain_of(t)), 501, 1e-9);
+  t.bytes = true;
+  const Terrain of_bytes = terrain_of(t);
+  EXPECT_NEAR(north_west(of_bytes), 501, 1e-9);
+  EXPECT_FALSE(warned(of_bytes, "8 bits"));
+}
+
+TEST(RasterSays, NodataIsAStoredValueNotAScaledOne) {
+  TinyTiff t = tiff({10, 20, 30, 40, 50, 60, 70, 80, 0});
+  t.nodata = "0";
+  t.metadata = "<GDALMetadata>" + item("offset", "500") + "</GDALMetadata>";
+  EXPECT_EQ(terrain_of(t).surface.vertices.size(), 8u);
+}
+
+TEST(RasterSays, HeightsInFeetAreConverted) {
+  for (const auto& [unit, metres] : {std::pair<std::string, double>{"ft", 0.3048}, {"US survey foot", 1200.0 / 3937}, {"foot", 0.3048}, {"cm", 0.01}}) {
+    TinyTiff t = tiff(heights);
+    t.metadata = "<GDALMetadata>" + item("unittype", unit) + "</GDALMetadata>";
+    const Terrain terrain = terrain_of(t);
+    EXPECT_NEAR(north_west(terrain), 501 * metres, 1e-9) << unit;
+    EXPECT_TRUE(warned(terrain, "converted to metres")) << unit;
+  }
+  TinyTiff metres = tiff(heights);
+  metres.metadata = "<GDALMetadata>" + item("unittype", "metre") + "</GDALMetadata>";
+  EXPECT_TRUE(terrain_of(metres).warnings.empty());
+  metres.metadata = "<GDALMetadata>" + item("unittype", "mSv") + "</GDALMetadata>";
+  EXPECT_TRUE(warned(terrain_of(metres), "no length that is known"));
+}
+
+TEST(RasterSays, APlanInFeetIsRefused) {
+  TinyTiff t = tiff(heights);
+  t.crs = 2263;   // New York Long Island, US survey feet
+  EXPECT_NE(refusal(t).find("unit of its coordinates in plan"), std::string::npos) << refusal(t);
+  t.crs = 25832;
+  EXPECT_EQ(refusal(t), "");
+}
+
+TEST(RasterSays, HeightsInFeetByTheCoordinateSystemAreConverted) {
+  TinyTiff t = tiff(heights);
+  t.crs = 25832;
+  t.vertical = 6360;   // NAVD88 in US survey feet
+  const Terrain terrain = terrain_of(t);
+  EXPECT_TRUE(warned(terrain, "converted to metres")) << (terrain.warnings.empty() ? "silent" : terrain.warnings[0].str());
+  EXPECT_NEAR(north_west(terrain), 501 * 1200.0 / 3937, 1e-9);
+}
+
+TEST(RasterSays, MasksAndAlphaAreHoles) {
+  TinyTiff masked = tiff(heights);
+  masked.mask = {255, 255, 255, 255, 255, 255, 255, 255, 0};
+  EXPECT_EQ(terrain_of(masked).surface.vertices.size(), 8u);
+  TinyTiff alpha = tiff({501, 255, 502, 255, 503, 255, 504, 255, 505, 255, 506, 255, 507, 255, 508, 255, 0, 0});
+  alpha.bands = 2;
+  alpha.alpha = true;
+  const Terrain t = terrain_of(alpha);
+  EXPECT_EQ(t.surface.vertices.size(), 8u);
+  EXPECT_FALSE(warned(t, "bands"));
+  EXPECT_TRUE(warned(t, "masked"));
+}
+
+TEST(RasterSays, PicturesAreNoHeights) {
+  TinyTiff rgb = tiff(std::vector<double>(27, 100));
+  rgb.bands = 3, rgb.bytes = true, rgb.photometric = 2;
+  EXPECT_NE(refusal(rgb).find("is a picture"), std::string::npos);
+  TinyTiff palette = tiff(std::vector<double>(9, 4));
+  palette.bytes = true, palette.photometric = 3;
+  EXPECT_NE(refusal(palette).find("table of colours"), std::string::npos);
+  TinyTiff shade = tiff({1, 2, 3, 4, 5, 6, 7, 8, 9});
+  shade.bytes = true;
+  EXPECT_TRUE(warned(terrain_of(shade), "8 bits"));
+  TinyTiff two = tiff(std::vector<double>(18, 100));
+  two.bands = 2;
+  EXPECT_TRUE(warned(terrain_of(two), "2 bands"));
+}
+
+/// Classes of ground come with a palette as a rule.
+TEST(RasterSays, APaletteMayHoldClasses) {
+  const File file("classes.tif");
+  TinyTiff t = tiff(std::vector<double>(9, 4));
+  t.bytes = true, t.photometric = 3;
+  t.write(file.path);
+  EXPECT_EQ(read_raster(file.path).values[0], 4);
+}
+
+TEST(RasterSays, DialectsOfTextGridsAreOne) {
+  const std::string head = "ncols 3\nnrows 3\nxllcorner 100\nyllcorner 200\ncellsize 10\nNODATA_value -9999\n", rows = "1 2 3\n4 5 6\n7 8 9\n";
+  const auto vertices = [](const std::string& text) {
+    const File file("g.asc", text);
+    return load_terrain(file.path).surface.vertices;
+  };
+  const auto expected = vertices(head + rows);
+  EXPECT_EQ(vertices("\xEF\xBB\xBF" + head + rows), expected);
+  EXPECT_EQ(vertices("ncols 3\r\nnrows 3\r\nxllcorner 100\r\nyllcenter 205\r\ncellsize 10\r\n" + rows), expected);
+  EXPECT_EQ(vertices("NROWS 3\nNCOLS 3\nXLLCENTER 105\nYLLCORNER 200\nCELLSIZE 10\nNODATA_VALUE -9999\n" + rows), expected);
+  for (const bool little : {true, false}) {
+    std::string wide = little ? "\xFF\xFE" : "\xFE\xFF";
+    for (const char c : head + rows) wide += little ? std::string({c, '\0'}) : std::string({'\0', c});
+    EXPECT_EQ(vertices(wide), expected) << little;
+    EXPECT_EQ(vertices(wide.substr(2)), expected) << little;   // without a mark
+  }
+  std::string mac = head + rows;
+  std::replace(mac.begin(), mac.end(), '\n', '\r');
+  EXPECT_EQ(vertices(mac), expected);
+}
+
+TEST(RasterSays, AnIncompleteHeaderIsNamed) {
+  const auto value = [](const std::string& text) -> std::string {
+    const File file("g.asc", text);
+    try {
+      load_terrain(file.path);
+    } catch (const InputError& e) {
+      return e.problems()[0].value;
+    }
+    return "none";
+  };
+  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\ncellsize 1\n1 2\n3 4\n"), "yllcorner or yllcenter");
+  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nyllcorner 0\n1 2\n3 4\n"), "cellsize");
+  EXPECT_EQ(value("ncols 2\nnrows 2\nxllcorner 0\nxllcenter 0.5\nyllcorner 0\ncellsize 1\n1 2\n3 4\n"), "xllcorner and xllcenter");
+}
+
+TEST(RasterSays, HeightsBeyondAnyTerrainAreWarnedOf) {
+  EXPECT_TRUE(warned(terrain_of(tiff({9501, 9502, 9503, 9504, 9505, 9506, 9507, 9508, 9509})), "look like feet"));
+  std::string text = "ncols 20\nnrows 20\nxllcorner 0\nyllcorner 0\ncellsize 1\n";
+  for (int i = 0; i < 20; ++i)
+    for (int j = 0; j < 20; ++j) text += std::to_string(100 + 3.28 * 0.8 * i) + (j == 19 ? "\n" : " ");   // 39 deg, heights in feet
+  const File file("steep.asc", text);
+  EXPECT_TRUE(warned(load_terrain(file.path), "different units"));
+}
+
+TEST(RasterSays, PiecesThatNodataCutsOffAreNamed) {
+  const File file("islands.asc", "ncols 5\nnrows 2\nxllcenter 100\nyllcenter 0\ncellsize 1\nNODATA_value -9\n1 1 -9 1 1\n1 1 -9 1 1\n");
+  EXPECT_TRUE(warned(load_terrain(file.path), "2 pieces"));
+  EXPECT_TRUE(warned(load_terrain(file.path), "x = 103, y = 0"));
+}
+
+TEST(RasterSays, NothingIsSaidOfWhatTheCropLeavesOut) {
+  std::string text = "ncols 12\nnrows 12\nxllcenter 0\nyllcenter 0\ncellsize 1\nNODATA_value -9999\n";
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < 12; ++j) text += (i == 1 && j == 1 ? "-9999" : i == 2 && j == 9 ? "400" : "5") + std::string(j == 11 ? "\n" : " ");
+  const File file("spike.asc", text);
+  EXPECT_TRUE(warned(load_terrain(file.path), "stands out") && warned(load_terrain(file.path), "NODATA"));
+  TerrainOptions o;
+  o.crop = Box3(Vec3(2, 0, 0), Vec3(9, 5, 0));
+  EXPECT_TRUE(load_terrain(file.path, o).warnings.empty());
+}

@@ -1,0 +1,138 @@
+// Files as other programs write them: encodings, decimal commas, names that differ by case.
+#include <algorithm>
+
+#include "fixture.hpp"
+
+namespace talus::scene {
+namespace {
+
+const std::string impact = R"(schema = 1
+[simulation]
+duration = 0.1
+[[material]]
+name = "rock"
+density = 2500
+[[material]]
+name = "C"
+density = 2500
+young = "30 GPa"
+poisson = 0.2
+[[interface]]
+between = ["rock", "C"]
+friction = 0.5
+[[structure]]
+name = "p"
+kind = "column"
+material = "C"
+base = [0, 0, 0]
+section = [1, 1]
+height = 4
+cell_size = 0.25
+support = ["-z"]
+damage = "none"
+[impact]
+material = "rock"
+shape = "EOTA111"
+trajectories = "rows.csv"
+)";
+
+std::string refusal(const Place& place, const std::string& text) {
+  try {
+    read_scene_text(text, place.scene());
+  } catch (const InputError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+bool warned(const Scene& scene, const std::string& part) {
+  return std::any_of(scene.warnings.begin(), scene.warnings.end(), [&](const Problem& p) { return p.str().find(part) != std::string::npos; });
+}
+
+std::string wide(const std::string& text, bool little) {
+  std::string out = little ? "\xFF\xFE" : "\xFE\xFF";
+  for (const char c : text) out += little ? std::string({c, '\0'}) : std::string({'\0', c});
+  return out;
+}
+
+}  // namespace
+
+TEST(Dialects, DecimalCommasBetweenSemicolonsAndTabs) {
+  const Place place;
+  for (const char separator : {';', '\t'}) {
+    std::string text = "x;y;z;vx;vy;vz;mass\n-6,0;0,1;2,2;20,5;0,0;-2,0;500,0\n";
+    std::replace(text.begin(), text.end(), ';', separator);
+    place.put("rows.csv", text);
+    const Scene s = read_scene_text(impact, place.scene());
+    EXPECT_EQ(s.impact->velocity, Vec3(20.5, 0, -2));
+    EXPECT_EQ(s.impact->point, Vec3(-6, 0.1, 2.2));
+    EXPECT_EQ(s.impact->shape.mass, 500);
+  }
+}
+
+TEST(Dialects, DecimalPointsBetweenSemicolons) {
+  const Place place;
+  place.put("rows.csv", "x;y;z;vx;vy;vz;mass;\n-6.0;0.1;2.2;20.5;0;-2;500;\n");
+  EXPECT_EQ(read_scene_text(impact, place.scene()).impact->velocity, Vec3(20.5, 0, -2));
+}
+
+TEST(Dialects, DecimalCommasBetweenCommasAreRefused) {
+  const Place place;
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0,0,1,2,2,20,5,0,0,-2,0,500,0\n");
+  EXPECT_NE(refusal(place, impact).find("line 2 of the file has 14 numbers where 7 are expected; are the commas decimal ones?"), std::string::npos) << refusal(place, impact);
+  place.put("rows.csv", "x;y;z;vx;vy;vz;mass\n1.234,5;0;2;20;0;-2;500\n");
+  EXPECT_NE(refusal(place, impact).find("\"1.234,5\" is not a number"), std::string::npos) << refusal(place, impact);
+}
+
+TEST(Dialects, TablesOfContactLaws) {
+  const Place place;
+  const std::string scene = R"(schema = 1
+[simulation]
+duration = 0.1
+[[material]]
+name = "rock"
+density = 2500
+[[plane]]
+point = [0, 0, 0]
+normal = [0, 0, 1]
+material = "g"
+[[interface]]
+between = ["rock", "g"]
+friction = 0.5
+contact_law = { kind = "table", file = "table.csv" }
+[[block]]
+name = "b"
+material = "rock"
+shape = "box"
+size = [1, 1, 1]
+position = [0, 0, 2]
+)";
+  place.put("table.csv", "s [m];F [N]\n0;0\n0,01;1e6\n0,02;2,5e6\n");
+  const Scene s = read_scene_text(scene, place.scene());
+  EXPECT_NEAR(s.laws(0, 1).table.at(2).first, 0.02, 1e-15);
+  EXPECT_NEAR(s.laws(0, 1).table.at(2).second, 2.5e6, 1e-6);
+  place.put("table.csv", "0,0\n0,01,1000000\n");
+  EXPECT_NE(refusal(place, scene).find("3 numbers where 2 are expected"), std::string::npos) << refusal(place, scene);
+}
+
+TEST(Dialects, SceneFilesInOtherEncodings) {
+  const Place place;
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0,2,20,0,-2,500\n");
+  for (const std::string& bytes : {"\xEF\xBB\xBF" + impact, wide(impact, true), wide(impact, false), wide(impact, true).substr(2)}) {
+    std::ofstream(place.path() / "scene.toml", std::ios::binary) << bytes;
+    EXPECT_EQ(read_scene(place.scene()).structures.size(), 1u);
+  }
+  std::ofstream(place.path() / "scene.toml", std::ios::binary) << impact;
+  place.put("rows.csv", wide("x;y;z;vx;vy;vz;mass\r\n-6;0;2;20,5;0;-2;500\r\n", true));
+  EXPECT_EQ(read_scene(place.scene()).impact->velocity.x(), 20.5);
+}
+
+TEST(Dialects, NamesThatDifferByCaseAreWarnedOf) {
+  const Place place;
+  place.put("rows.csv", "x,y,z,vx,vy,vz,mass\n-6,0,2,20,0,-2,500\n");
+  const Scene s = read_scene_text(impact + "[[material]]\nname = \"Rock\"\ndensity = 2500\n", place.scene());
+  EXPECT_TRUE(warned(s, "differs from \"rock\" by case only"));
+  EXPECT_FALSE(warned(read_scene_text(impact, place.scene()), "by case only"));
+}
+
+}  // namespace talus::scene
