@@ -1,16 +1,18 @@
-/// Strains of a trilinear hexahedron that bends as it should, in one layer too.
+/// Strains of a trilinear hexahedron that bends without locking in one layer, also where it leans.
 ///
-/// The strains that the displacements give at the eight points are taken apart into functions of the reference coordinates, in the cell's own axes R:
+/// The strains that the displacements give at the eight points are expanded in functions of the reference coordinates,
 ///
-///   eps(q) = mean + sum_k E_k phi_k(q),   phi: xi, eta, zeta, eta zeta, zeta xi, xi eta at the points, +-1
-///   xi            keeps yy, zz and yz;   xx = -nu/(1-nu) (yy + zz),   xy = zx = 0
-///   eta zeta      keeps xx;              yy = zz = -nu xx,            no shears
-///   (xi eta zeta  goes)
+///   eps(q) = mean + sum_k E_k phi_k(q),   phi: xi_d, xi_a xi_b (a, b != d) at the points, +-1,   (xi eta zeta is left out)
 ///
-/// and so on around. What trilinear displacements cannot give to a function takes the value at which its stress vanishes; what they give to it in bending, a shear that is not
-/// there, goes. For a brick this is bending of a beam and of a plate in closed form, whatever its lengths, and twist; dilatation does not lock. The mean is weighted by the volume, the rest is
+/// and each E_k is replaced by the strain that differs from it by what incompatible displacements could add, and whose stress on the faces that the function grows towards vanishes:
+///
+///   xi_d        sigma n = 0,           n the unit normal of the faces xi_d = const:   E' = E - (q n + n q) + (n.q - nu tr E) / (1 - nu) n n,   q = E n
+///   xi_a xi_b   sigma uniaxial along   t, the unit vector along the edges xi_d:       E' = (t.E t) ((1 + nu) t t - nu I)
+///
+/// n and t are those of the Jacobian at the centre. In a parallelepiped this is the element of [wilson1973, taylor1976] with its internal unknowns eliminated in closed form; in a brick it is
+/// bending of a beam and of a plate, whatever its lengths, and twist; dilatation does not lock. The mean is weighted by the volume, the rest is
 /// counted alike at the eight points: a linear displacement has no rest, so that a patch of distorted cells strains evenly. Green-Lagrange strains go the same way, and forces stay the
-/// derivative of an energy. After [belytschko1993], whose stabilisation of one point this is, with the points kept for the laws.
+/// derivative of an energy. The points are kept for the laws; [belytschko1993] uses the same strains to stabilise one point.
 ///
 /// law_points.hpp applies them and their transpose for the laws, kernel.hpp for elastic cells.
 #pragma once
@@ -22,14 +24,18 @@ namespace talus::fem {
 using ElementMatrix = Eigen::Matrix<double, 24, 24>;
 
 struct AssumedStrain {
-  double weight[8];      // of the mean, sum 1
-  double axes[9];        // R, row major
+  alignas(64) double weight[8];        // of the mean, sum 1
+  alignas(64) double direction[3][8];  // of the function whose bits (xi, eta, zeta) are the second index: n of 1, 2, 4; t of 6, 5, 3; 0 of 0 and 7
   double poisson;
-  bool turned, even;     // R is not 1; the weights are all 1/8
+  bool oblique, even;    // the directions are not those of the axes; the weights are all 1/8
 
   AssumedStrain() = default;
   AssumedStrain(const HexMesh& mesh, int cell, double poisson);
 };
+
+/// Unit normals n of the faces (columns), and unit vectors t along the edges, of the Jacobian at the centre; exactly 1 where they differ from the axes by rounding.
+struct CellDirections { Mat3 normal, edge; };
+CellDirections cell_directions(const HexMesh& mesh, int cell);
 
 /// Stiffness of an elastic cell, node by node xyz [N/m].
 ElementMatrix element_stiffness(const HexMesh& mesh, int cell, double shear, double bulk);

@@ -4,11 +4,13 @@
 #include <cmath>
 #include <tuple>
 
+#include "fem/assumed_strain.hpp"
+
 namespace talus::fem {
 
-void point_geometry(const HexMesh& mesh, int cell, const Mat3& axes, const Vec3& xi, double out[10]) {
+void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10]) {
   const Mat3 j = jacobian(mesh, cell, xi);
-  const Mat3 inverse = j.inverse() * axes;
+  const Mat3 inverse = j.inverse();
   for (int r = 0; r < 3; ++r)
     for (int c = 0; c < 3; ++c) out[3 * r + c] = inverse(r, c);
   out[9] = j.determinant();
@@ -37,7 +39,7 @@ ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk,
 
 ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const {
   const bool brick = shape == CellShape::brick, general = shape == CellShape::general;
-  const int w = kernels().width, points = general ? 8 : 1, turn = brick ? 0 : 9, numbers = brick ? 4 : 10;
+  const int w = kernels().width, points = general ? 8 : 1, own = brick ? 0 : 18, numbers = brick ? 4 : 10;
   ElementPack pack;
   pack.shape = shape;
   pack.groups = (static_cast<long>(cells.size()) + w - 1) / w;
@@ -45,7 +47,7 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
   pack.runs.assign(pack.groups > 0 ? 1 : 0, {0, pack.groups});
   pack.cells.assign(lanes, -1);
   pack.nodes.resize(lanes * 8);
-  pack.geometry.resize(lanes * (turn + numbers * points));
+  pack.geometry.resize(lanes * (own + numbers * points));
   pack.scale.assign(lanes, 0.0);
   pack.energy.assign(lanes, 0.0);
   pack.bound.assign(lanes, 0.0);
@@ -62,14 +64,14 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
     const long g = lane / w, l = lane % w;
     if (real) pack.cells[lane] = cell, pack.scale[lane] = 1;
     for (int a = 0; a < 8; ++a) pack.nodes[(g * 8 + a) * w + l] = 4 * mesh_->hexes[cell][a];
-    const Mat3 axes = cell_axes(*mesh_, cell);
-    double* geometry = pack.geometry.data() + g * (turn + numbers * points) * w + l;
-    for (int i = 0; i < turn; ++i) geometry[i * w] = axes(i / 3, i % 3);
+    const CellDirections directions = cell_directions(*mesh_, cell);
+    double* geometry = pack.geometry.data() + g * (own + numbers * points) * w + l;
+    for (int i = 0; i < own / 2; ++i) geometry[i * w] = directions.normal(i % 3, i / 3), geometry[(9 + i) * w] = directions.edge(i % 3, i / 3);
     for (int q = 0; q < points; ++q) {
       double values[10];
-      point_geometry(*mesh_, cell, axes, general ? gauss_point(q) : Vec3(Vec3::Zero()), values);
+      point_geometry(*mesh_, cell, general ? gauss_point(q) : Vec3(Vec3::Zero()), values);
       if (brick) values[1] = values[4], values[2] = values[8], values[3] = values[9];
-      for (int i = 0; i < numbers; ++i) geometry[(turn + q * numbers + i) * w] = values[i];
+      for (int i = 0; i < numbers; ++i) geometry[(own + q * numbers + i) * w] = values[i];
     }
     if (viscosity) {
       double volume = 0;

@@ -67,8 +67,8 @@ class ElementOperator {
   std::vector<Place> where_;
 };
 
-/// J^-1 against the cell's axes (columns) and weight at one point, ten numbers, as the kernels want them.
-void point_geometry(const HexMesh& mesh, int cell, const Mat3& axes, const Vec3& xi, double out[10]);
+/// J^-1 and weight at one point, ten numbers, as the kernels want them.
+void point_geometry(const HexMesh& mesh, int cell, const Vec3& xi, double out[10]);
 CellShape shape_of(const HexMesh& mesh, int cell);
 
 }  // namespace talus::fem

@@ -145,11 +145,6 @@ Mat3 nearest_rotation(Mat3 m) {
   return m;
 }
 
-Mat3 cell_axes(const HexMesh& mesh, int cell) {
-  const Mat3 r = jacobian(mesh, cell, Vec3::Zero()).colwise().normalized();
-  return (r - Mat3::Identity()).cwiseAbs().maxCoeff() < 1e-13 ? Mat3(Mat3::Identity()) : nearest_rotation(r);
-}
-
 namespace {
 
 using Gradients = std::array<Vec3, 8>;

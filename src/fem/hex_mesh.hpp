@@ -58,8 +58,6 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);
 /// The same at Gauss point q.
 Mat3 point_jacobian(const HexMesh& mesh, int cell, int q);
-/// The cell's own axes: the rotation nearest to the directions of its Jacobian at the centre, as columns. Exactly 1 for a brick.
-Mat3 cell_axes(const HexMesh& mesh, int cell);
 /// The rotation nearest to a matrix of positive determinant, R of its polar decomposition R U.
 Mat3 nearest_rotation(Mat3 m);
 /// Values of the eight shape functions.

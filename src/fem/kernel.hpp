@@ -9,8 +9,8 @@
 ///
 /// symbol     meaning                                                     unit     shape
 /// nodes      four times the node number, lane innermost                  -        groups x 8 x W   (VTK order)
-/// geometry   brick: diagonal of J^-1, w; else R (9, columns the     1/m, m^3 groups x 4 x W; groups x (9 + Q 10) x W,
-///            cell's axes), J^-1 (row: reference axis, column: axis), w            Q = 1 if affine, else 8
+/// geometry   brick: diagonal of J^-1, w; else n (9, vector by       1/m, m^3 groups x 4 x W; groups x (18 + Q 10) x W,
+///            vector), t (9), J^-1 (row: reference axis), w                        Q = 1 if affine, else 8
 /// scale      1 for a lane that counts, 0 for padding and lanes elsewhere -        groups x W
 /// u          displacement, padded to four per node                       m        nodes x 4
 /// f          internal force, added to                                    N        nodes x 4

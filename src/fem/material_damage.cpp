@@ -49,6 +49,7 @@ ConcreteDamage::ConcreteDamage(const Parameters& p) : p_(p) {
   interlock_ = p.aggregate > 0 ? 0.18e6 * std::sqrt(f_c_ / 1e6) / 0.31 : 0.0;
   widen_ = 24 / 0.31 / (p.aggregate + 0.016);
   part_ = p.aggregate > 0 ? 1 / p.aggregate : 0.0;
+  closed_ = interlock_ / shear_;
   const double root2 = std::sqrt(2.0);
   k_oct_ = root2 * (c.biaxial_ratio - 1) / (2 * c.biaxial_ratio - 1);
   tau_scale_ = 3 / (root2 - k_oct_);

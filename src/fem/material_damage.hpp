@@ -23,11 +23,13 @@
 /// The rubble rubs: its deviator t = 2 G (e - e_p) is at most |t| = sqrt(2/3) M p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by
 /// EN 1992-1-1, 6.2.5), by radial return, without change of volume; the work of e_p is dissipated.
 ///
-/// Interlock: the faces of a crack carry shear beside the damage law. The crack's plane is that of its onset, gamma the shear strain
-/// in it beyond what has slipped, w = l d_t <eps_nn> its width, a the largest grain. The limit is that of the modified compression field theory [vecchio1986, walraven1981] with what the law carries along
-/// the same direction taken off, and faces a grain apart do not touch; what the faces hold is as stiff as at the widest opening w* so far, also when the crack has closed again:
-///   |tau| <= tau_m = d_t 0.18 sqrt(f_c) / (0.31 + 24 w / (a + 16)) (1 - w / a) - tau_law   [MPa, mm],   tau = k gamma,   1 / k = 1 / (d_t G) + (w* / 2) / (l tau_m(w*))
-/// Stored: tau^2 / 2 k. Beyond the limit the faces slide and rub; where k falls the strain stays, where it rises (cracking goes on) the stress does: either way what is stored falls, and is dissipated.
+/// Interlock: the faces of a crack carry shear beside the damage law, and press each other apart. While damage grows the crack's plane follows the principal direction; at an opening of
+/// 5 G_F / f_t, where the softening stress is 0.7 % of f_t, the plane is fixed, and slip counts from there: pure opening mobilises nothing. With the strain
+/// w = <eps_nn> of the opening, gamma that of the slip beyond what has slid, w' = sqrt(w^2 + w_c^2), w_c = tau_0 / G, and psi = gamma / w', the faces are a body of their own of the energy
+///   Phi = tau_m w' (psi - atan psi):   tau = tau_m psi^2 / (1 + psi^2),   sigma_n = -tau_m (atan psi - psi / (1 + psi^2)) w / w'      [li1989], the shape of the contact density model
+///   tau_m = tau_0 (1 - l w* / a) / (1 + 24 l w* / (0.31 (a + 16))),   tau_0 = 0.18 sqrt(f_c) / 0.31    [MPa, mm; vecchio1986, walraven1981], w* the widest so far, a the largest grain
+/// w_c keeps faces that close again no stiffer than the sound concrete in shear. At psi = 3, or where tau and what the law carries along the same direction reach tau_m, the faces slide and rub;
+/// as the crack opens beyond w* what they store falls with tau_m: both are dissipated.
 ///
 /// Rate: strength is multiplied by the Model Code factor at the moment damage starts, and the factor then stays (MC2010 gives none
 /// for G_F, which is kept). In tension it is limited so that the cell does not snap back; in compression to 1.25, since the inertia
@@ -55,7 +57,7 @@ struct CellFrame {
 struct alignas(64) DamageCell {
   double r_t[8], f_t[8], b_t[8], d_t[8];    // threshold [Pa], strength at onset [Pa], 1/(E eps') [1/Pa], damage
   double r_c[8], dif_c[8], b_c[8], d_c[8];  // threshold [Pa], rate factor at onset, l f_c dif^2/(E G_c) [1/Pa], damage
-  double normal[3][8], slip[3][8];          // of the crack; shear strain that has slipped along it, and along the normal the largest that opened it
+  double normal[3][8], slip[3][8];          // of the crack; shear strain at which its faces hold nothing, and along the normal the largest that opened it
   double compaction[8], pressure[8];        // theta, p [Pa] of the crushed part
   double flow[6][8];                        // e_p, as Sym, engineering shears
 };
@@ -112,7 +114,8 @@ class ConcreteDamage {
   template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
-  template <class R> void interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
+  template <class R, class Mask>
+  void interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> void crushed(const R (&strain)[6], R largest, R poisson, R old_d_c, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const;
   template <class R> R damage_tension(R r, R inverse_r, R f_t, R b_t) const;
   template <class R> R damage_compression(R r, R dif, R b_c) const;
@@ -120,7 +123,7 @@ class ConcreteDamage {
   Parameters p_;
   double young_ = 0, poisson_ = 0, f_t_ = 0, f_c_ = 0, f_c0_ = 0, stress_peak_ = 0;  // stress_peak_ = E eps_c1
   double bulk_ = 0, friction_ = 0;                 // K [Pa]; |t| / p
-  double shear_ = 0, interlock_ = 0, widen_ = 0, part_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]; 1/a
+  double shear_ = 0, interlock_ = 0, widen_ = 0, part_ = 0, closed_ = 0;   // G; the limit at w = 0 [Pa]; its fall with w [1/m]; 1/a; w_c
   double k_oct_ = 0, tau_scale_ = 0, k_curve_ = 0, inverse_span_ = 0, elastic_bound_ = 0;
 };
 static_assert(Law<ConcreteDamage>);

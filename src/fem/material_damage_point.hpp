@@ -7,7 +7,9 @@
 namespace talus::material {
 
 namespace {
-constexpr double mobilised = 0.5;   // slip over crack width at which the faces give all they can (0.3 to 0.75 by Walraven's linear relation)
+constexpr double fixing_opening = 5;   // opening over G_F / f_t at which a crack's plane is fixed and its faces begin to hold: the softening stress is 0.7 % of f_t
+constexpr double least_gap = 1e-2;      // between the two largest principal stresses over the largest, from which on the plane follows their direction: nearer, rounding turns it
+constexpr double sliding_ratio = 3;    // slip over opening at which faces slide: they hold 0.9 of what they tend to
 }
 
 template <class R>
@@ -66,50 +68,71 @@ template <class R>
 inline R dot(const R (&a)[3], const R (&b)[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 }  // namespace
 
-template <class R>
-inline void ConcreteDamage::interlock(const R (&strain)[6], const R& old_d_t, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
+namespace {
+/// Unit vector of the principal value `value` where it is single; elsewhere `n` as it was. The largest row of the adjugate of s - value I, which is its multiple.
+template <class R, class Mask>
+inline void turn_to_principal(const R (&s)[6], R value, Mask where, R (&n)[3]) {
+  const R a = s[0] - value, b = s[1] - value, c = s[2] - value;
+  const R xy = s[3] * s[4] - s[5] * c, xz = s[5] * s[3] - s[4] * b, yz = s[4] * s[5] - a * s[3];   // of the adjugate, which is symmetric
+  const R cross[3][3] = {{b * c - s[3] * s[3], xy, xz}, {xy, a * c - s[4] * s[4], yz}, {xz, yz, a * b - s[5] * s[5]}};
+  R best[3], most = dot(cross[0], cross[0]);
+  for (int i = 0; i < 3; ++i) best[i] = cross[0][i];
+  for (int k = 1; k < 3; ++k) {
+    const R square = dot(cross[k], cross[k]);
+    const auto larger = square > most;
+    for (int i = 0; i < 3; ++i) best[i] = select(larger, cross[k][i], best[i]);
+    most = maximum(most, square);
+  }
+  const R scale = maximum(a * a, maximum(b * b, c * c)) + s[3] * s[3] + s[4] * s[4] + s[5] * s[5];
+  const auto turns = where & (most > least_gap * least_gap * scale * scale);
+  const R inverse = 1.0 / square_root(select(turns, most, spread(1.0, most)));
+  for (int i = 0; i < 3; ++i) n[i] = select(turns, inverse * best[i], n[i]);
+}
+}  // namespace
+
+template <class R, class Mask>
+inline void ConcreteDamage::interlock(const R (&strain)[6], const R (&effective)[6], R largest, Mask grows, Lanes<R>& s, R (&stress)[6], R& energy, R& dissipation) const {
   const R zero = spread(0.0, s.d_t), one = spread(1.0, s.d_t);
   const auto cracked = s.d_t > 0.0;
-  const R (&n)[3] = s.normal;
-  R pull[3], opening, law[3], across;
-  in_plane(strain, n, 0.5, pull, opening);
-  in_plane(stress, n, 1.0, law, across);
   const R f_t = select(cracked, s.f_t, one), b_t = select(cracked, s.b_t, one);
   const R band = 2.0 * p_.concrete.fracture_energy * young_ * b_t / (f_t * (2.0 + f_t * b_t));
-  // The limit is `held` over `opened`.
-  struct Limit { R held, opened; };
-  const auto limit_of = [&](const R& d, const R& width) { return Limit{d * interlock_ * maximum(1.0 - width * part_, zero), 1.0 + widen_ * width}; };
-  const auto width_of = [&](const R& d, const R& strain_of_opening) { return band * d * maximum(strain_of_opening, zero); };
-  // The concrete between the cracks and the faces, one after the other, as stiff as at the widest opening so far.
-  const auto stiffness_of = [&](const R& d, const R& widest) {
-    const R whole = shear_ * d, width = width_of(d, widest);
-    const Limit limit = limit_of(d, width);
-    const R hold = limit.held * band;
-    return select(cracked, whole * hold / (hold + mobilised * width * whole * limit.opened + 1e-30), zero);
-  };
-  const R opened = dot(s.slip, n), widest = maximum(opened, opening);
-  const R before = stiffness_of(old_d_t, opened), now = stiffness_of(s.d_t, widest), stiffness = minimum(before, now);
-  R held[3];
+  const R opened = dot(s.slip, s.normal);
+  const auto fixed = cracked & (band * opened * f_t >= fixing_opening * p_.concrete.fracture_energy);
+  R (&n)[3] = s.normal;
+  if (any(grows)) turn_to_principal(effective, largest, grows & (band * opened * f_t < fixing_opening * p_.concrete.fracture_energy), n);
+  R pull[3], opening, law[3], across;
+  in_plane(strain, n, 0.5, pull, opening);
+  const R widest = maximum(opened, opening);
+  if (!any(fixed)) {
+    for (int i = 0; i < 3; ++i) s.slip[i] = select(cracked, 2.0 * pull[i] + widest * n[i], zero);
+    return;
+  }
+  in_plane(stress, n, 1.0, law, across);
+  const auto limit_of = [&](const R& w) { return interlock_ * maximum(1.0 - w * part_, zero) / (1.0 + widen_ * maximum(w, zero)); };
+  const R before = limit_of(band * opened), limit = limit_of(band * widest);
+  R held[3], t[3];
   for (int i = 0; i < 3; ++i) held[i] = 2.0 * pull[i] - (s.slip[i] - opened * n[i]);
-  const R length = square_root(dot(held, held)), trial = stiffness * length;
-  // Together with what the damage law carries along the same direction, at most the limit.
-  R t[3];
+  const R length = square_root(dot(held, held));
   const R inverse = 1.0 / maximum(length, spread(1e-30, zero));
   for (int i = 0; i < 3; ++i) t[i] = held[i] * inverse;
-  const Limit limit = limit_of(s.d_t, width_of(s.d_t, opening));
-  const R tau = select(cracked, minimum(trial, maximum(limit.held / limit.opened - maximum(dot(law, t), zero), zero)), zero);
-  // Stored: tau^2 / (2 now). A stiffness that has risen takes the stress over as it is, one that has fallen the strain.
-  const R slid = select(stiffness > 0.0, (trial - tau) / select(stiffness > 0.0, stiffness, one), zero), kept = length - slid;
-  const R elastic = select(now > 0.0, tau / select(now > 0.0, now, one), zero);
-  energy = energy + 0.5 * tau * elastic;
-  dissipation = dissipation + tau * slid + 0.5 * (before - stiffness) * kept * kept + 0.5 * tau * (kept - elastic);
+  const R apart = maximum(opening, zero), width = square_root(apart * apart + closed_ * closed_), per_width = 1.0 / width;
+  // Together with what the damage law carries along the same direction, at most the limit.
+  constexpr double share = sliding_ratio * sliding_ratio / (1 + sliding_ratio * sliding_ratio);
+  const R room = maximum(minimum(1.0 - maximum(dot(law, t), zero) / maximum(limit, one), spread(share, zero)), zero);
+  const R trial = length * per_width, psi = minimum(trial, square_root(room / (1.0 - room)));
+  const R square = psi * psi, shape = square / (1.0 + square), angle = arctangent(psi);
+  const R slid = maximum(length - psi * width, zero), tau = select(fixed, limit * shape, zero);
+  const R stored = width * (psi - angle);   // over the limit
+  const R press = select(fixed, limit * (angle - psi / (1.0 + square)) * apart * per_width, zero);
+  energy = energy + select(fixed, limit * stored, zero);
+  dissipation = dissipation + select(fixed, tau * slid + (before - limit) * stored, zero);
   for (int i = 0; i < 3; ++i) {
-    s.slip[i] = s.slip[i] + select(cracked, (length - elastic) * t[i] + (widest - opened) * n[i], zero);
-    stress[i] = stress[i] + 2.0 * tau * n[i] * t[i];
+    s.slip[i] = select(fixed, s.slip[i] + slid * t[i] + (widest - opened) * n[i], select(cracked, 2.0 * pull[i] + widest * n[i], zero));
+    stress[i] = stress[i] + 2.0 * tau * n[i] * t[i] - press * n[i] * n[i];
   }
-  stress[3] = stress[3] + tau * (n[1] * t[2] + n[2] * t[1]);
-  stress[4] = stress[4] + tau * (n[0] * t[2] + n[2] * t[0]);
-  stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]);
+  stress[3] = stress[3] + tau * (n[1] * t[2] + n[2] * t[1]) - press * n[1] * n[2];
+  stress[4] = stress[4] + tau * (n[0] * t[2] + n[2] * t[0]) - press * n[0] * n[2];
+  stress[5] = stress[5] + tau * (n[0] * t[1] + n[1] * t[0]) - press * n[0] * n[1];
 }
 
 /// What the crushed part carries; `largest`: the largest principal value of the effective stress, with Poisson's ratio `poisson`.
@@ -244,7 +267,7 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   const R with_new_cracks = stored - s.d_t * stored_plus - old_d_c * (stored - stored_plus);
   dissipation = 0.5 * (maximum(before - with_new_cracks, zero) * weight_t + maximum(stored - stored_plus, zero) * loss_c);
   if (any(s.d_c > 0.0)) crushed(strain, v.first, poisson, old_d_c, s, stress, energy, dissipation);
-  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, old_d_t, s, stress, energy, dissipation);
+  if (interlock_ > 0 && any(s.d_t > 0.0)) interlock(strain, effective, v.first, grow_t, s, stress, energy, dissipation);
   return grows_t || grows_c;
 }
 

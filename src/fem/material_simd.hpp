@@ -73,6 +73,18 @@ inline R exponential(R x) {
   return scale_by_power(shifted, p);
 }
 
+/// atan(x) for x >= 0, relative error below 4e-16: reduced at tan(3 pi/8) and 0.66, then the rational function of the Cephes library.
+template <class R>
+inline R arctangent(R x) {
+  const R one = spread(1.0, x), zero = spread(0.0, x);
+  const auto far = x > 2.414213562373095, middle = x > 0.66;
+  const R y = select(far, zero - one, select(middle, x - 1.0, x)) / select(far, x, select(middle, x + 1.0, one));
+  const R z = y * y;
+  const R p = (((-0.8750608600031904 * z - 16.157537187333652) * z - 75.00855792314705) * z - 122.88666844901361) * z - 64.85021904942025;
+  const R q = ((((z + 24.858464901423062) * z + 165.02700983169885) * z + 432.88106049129027) * z + 485.3903996359137) * z + 194.5506571482614;
+  return select(far, spread(1.5707963267948966, x), select(middle, spread(0.7853981633974483, x), zero)) + (y + y * z * p / q);
+}
+
 /// Eight doubles as two vectors of four: what V8 (material_simd8.hpp) is without AVX-512, as far as strains and forces need it.
 struct V44 {
   V4 low, high;

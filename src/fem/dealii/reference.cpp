@@ -6,6 +6,8 @@
 #include <deal.II/fe/fe_q.h>
 #include <deal.II/fe/fe_values.h>
 #include <deal.II/grid/tria.h>
+#include <deal.II/lac/full_matrix.h>
+#include <deal.II/lac/vector.h>
 
 #include <cmath>
 #include <vector>
@@ -17,8 +19,49 @@ namespace {
 using Strain = dealii::SymmetricTensor<2, 3>;
 using Strains = std::vector<Strain>;   // at the eight points
 
-/// assumed_strain.hpp, tensor by tensor, in the axes of the cell.
-Strains assumed(const Strains& given, const std::vector<double>& weight, double poisson) {
+using Tensor = dealii::Tensor<2, 3>;
+using Vector = dealii::Tensor<1, 3>;
+
+/// Directions of a cell: normals of the faces of each reference coordinate, and vectors along its edges.
+struct Directions { Vector normal[3], edge[3]; };
+Directions directions_of(const Tensor& jacobian) {
+  Directions d;
+  const Tensor inverse = dealii::invert(jacobian);
+  for (unsigned k = 0; k < 3; ++k) {
+    for (unsigned i = 0; i < 3; ++i) d.normal[k][i] = inverse[k][i], d.edge[k][i] = jacobian[i][k];
+    d.normal[k] /= d.normal[k].norm();
+    d.edge[k] /= d.edge[k].norm();
+  }
+  return d;
+}
+
+/// The strain that incompatible displacements, opening the faces of normals n, leave of the given one when the tractions on these faces vanish: by Gauss' algorithm.
+Strain released(const Strain& given, const std::vector<Vector>& faces, double shear, double lambda) {
+  const auto stress = [&](const Strain& e) { return 2 * shear * e + lambda * dealii::trace(e) * dealii::unit_symmetric_tensor<3>(); };
+  std::vector<Strain> added;
+  for (unsigned f = 0; f < faces.size(); ++f) {
+    std::vector<Vector> ways;
+    if (f == 0) {
+      for (unsigned i = 0; i < 3; ++i) ways.emplace_back(), ways.back()[i] = 1;
+    } else ways = {faces[1], dealii::cross_product_3d(faces[0], faces[1])};   // along the first face's normal the strain is there already
+    for (const Vector& way : ways) added.push_back(dealii::symmetrize(dealii::outer_product(way, faces[f])));
+  }
+  const unsigned size = static_cast<unsigned>(added.size());
+  dealii::FullMatrix<double> a(size, size);
+  dealii::Vector<double> b(size), x(size);
+  for (unsigned i = 0; i < size; ++i) {
+    b(i) = -(added[i] * stress(given));
+    for (unsigned j = 0; j < size; ++j) a(i, j) = added[i] * stress(added[j]);
+  }
+  a.gauss_jordan();
+  a.vmult(x, b);
+  Strain out = given;
+  for (unsigned i = 0; i < size; ++i) out += x(i) * added[i];
+  return out;
+}
+
+/// assumed_strain.hpp, tensor by tensor.
+Strains assumed(const Strains& given, const std::vector<double>& weight, const Directions& cell, double shear, double lambda) {
   Strains out(8);
   Strain mean;
   double volume = 0;
@@ -31,31 +74,15 @@ Strains assumed(const Strains& given, const std::vector<double>& weight, double 
         if (function & (1u << d)) s *= q & (1u << d) ? 1 : -1;
       return s;
     };
-    Strain part, kept;
+    Strain part;
     for (unsigned q = 0; q < 8; ++q) part += sign(q) / 8 * given[q];
-    for (unsigned d = 0; d < 3; ++d) {
-      const unsigned a = (d + 1) % 3, b = (d + 2) % 3;
-      if (function == 1u << d) {
-        kept[a][a] = part[a][a], kept[b][b] = part[b][b], kept[a][b] = part[a][b];
-        kept[d][d] = -poisson / (1 - poisson) * (part[a][a] + part[b][b]);
-      } else if (function == (1u << a) + (1u << b)) {
-        kept[d][d] = part[d][d];
-        kept[a][a] = kept[b][b] = -poisson * part[d][d];
-      }
-    }
+    std::vector<Vector> faces;
+    for (unsigned d = 0; d < 3; ++d)
+      if (function & (1u << d)) faces.push_back(cell.normal[d]);
+    const Strain kept = released(part, faces, shear, lambda);
     for (unsigned q = 0; q < 8; ++q) out[q] += sign(q) * kept;
   }
   return out;
-}
-
-/// Rotation nearest to the directions of the columns.
-dealii::Tensor<2, 3> axes_of(dealii::Tensor<2, 3> j) {
-  for (unsigned c = 0; c < 3; ++c) {
-    const double length = std::sqrt(j[0][c] * j[0][c] + j[1][c] * j[1][c] + j[2][c] * j[2][c]);
-    for (unsigned r = 0; r < 3; ++r) j[r][c] /= length;
-  }
-  for (int i = 0; i < 60; ++i) j = 0.5 * (j + dealii::transpose(dealii::invert(j)));
-  return j;
 }
 
 }  // namespace
@@ -78,12 +105,12 @@ std::vector<double> reference_internal_force(const HexMesh& mesh, double shear, 
   const dealii::QGauss<3> points(2);
   const dealii::QMidpoint<3> middle;
   dealii::FEValues<3> values(fe, points, dealii::update_gradients | dealii::update_JxW_values), centre(fe, middle, dealii::update_jacobians);
-  const double young = 9 * bulk * shear / (3 * bulk + shear), poisson = young / (2 * shear) - 1, lambda = bulk - 2.0 / 3 * shear;
+  const double lambda = bulk - 2.0 / 3 * shear;
   std::vector<double> f(u.size(), 0.0);
   for (const auto& cell : dofs.active_cell_iterators()) {
     values.reinit(cell);
     centre.reinit(cell);
-    const dealii::Tensor<2, 3> axes = axes_of(dealii::Tensor<2, 3>(centre.jacobian(0)));
+    const Directions directions = directions_of(Tensor(centre.jacobian(0)));
     std::vector<double> weight(8);
     double volume = 0;
     for (unsigned q = 0; q < 8; ++q) volume += weight[q] = values.JxW(q);
@@ -94,9 +121,9 @@ std::vector<double> reference_internal_force(const HexMesh& mesh, double shear, 
       for (unsigned q = 0; q < 8; ++q) {
         dealii::Tensor<2, 3> h;
         h[i % 3] = values.shape_grad(i / 3, q);
-        given[q] = dealii::symmetrize(dealii::transpose(axes) * h * axes);
+        given[q] = dealii::symmetrize(h);
       }
-      of[i] = assumed(given, weight, poisson);
+      of[i] = assumed(given, weight, directions, shear, lambda);
       for (unsigned q = 0; q < 8; ++q) whole[q] += u[3 * cell->vertex_index(i / 3) + i % 3] * of[i][q];
     }
     for (unsigned i = 0; i < 24; ++i)

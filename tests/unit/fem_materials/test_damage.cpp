@@ -386,45 +386,68 @@ TEST(ConcreteDamage, UndamagedStressIsElasticToTheBit) {
 /// A panel of 0.1 m cracked across x to a width w, and sheared along the crack at that width.
 struct CrackedPanel {
   ConcreteDamage law;
-  double opened, limit = 0, stiffness = 0;
+  double opened, limit = 0, width = 0;
   ConcreteDamage::State state;
-  CrackedPanel(double width, double aggregate) : law([&] { auto p = c30(); p.rate_effect = false; p.aggregate = aggregate; return p; }()), opened(width / 0.1) {
-    for (int i = 1; i <= 100; ++i) law({opened * i / 100, 0, 0, 0, 0, 0}, still, state, state);
-    const double w = 1e3 * width * state.d_t;   // [mm]
-    limit = state.d_t * 0.18e6 * std::sqrt(38.0) / (0.31 + 24 * w / (1e3 * aggregate + 16)) * (1 - 1e-3 * w / aggregate);
-    stiffness = 1 / (2.4 / (state.d_t * 33.55e9) + 0.5 * w * 1e-3 / (limit * 0.1));
+  CrackedPanel(double crack, double aggregate) : law([&] { auto p = c30(); p.rate_effect = false; p.aggregate = aggregate; return p; }()), opened(crack / 0.1) {
+    for (int i = 1; i <= 400; ++i) law({opened * i / 400, 0, 0, 0, 0, 0}, still, state, state);
+    const double w = 1e3 * crack, shear = law.parameters().concrete.young / 2.4, free = 0.18e6 * std::sqrt(38.0) / 0.31;   // [mm], [Pa]
+    limit = aggregate > 0 ? free / (1 + 24 / 0.31 * w / (1e3 * aggregate + 16)) * (1 - 1e-3 * w / aggregate) : 0;
+    width = std::hypot(opened, free / shear);
   }
   Response shear(double gamma) { return law({opened, 0, 0, 0, 0, gamma}, still, state, state); }
 };
 
-TEST(Interlock, FacesThatHoldAreAsStiffAsTheyAreClose) {
-  for (const double width : {0.05e-3, 0.2e-3, 1e-3}) {
-    CrackedPanel rough(width, 0.016), smooth(width, 0);
-    EXPECT_NEAR(rough.state.normal[0], 1, 1e-12);
-    const double gamma = 0.005 * rough.opened;   // so little that the damage law itself has next to no compression across the panel
-    for (const double side : {1.0, -1.0}) {   // over what the law itself gives
-      const double law = smooth.shear(side * gamma).stress[5];
-      EXPECT_NEAR((rough.shear(side * gamma).stress[5] - law) / (side * rough.stiffness * gamma), 1, 0.01) << width;
-      EXPECT_LT(std::abs(law), 0.2 * rough.stiffness * gamma) << width;
+/// A row of cells that leans by theta against a horizontal crack strains by the jump times its normal: the principal direction turns from the pull's to that of the row's strain. Pure opening,
+/// to which interlock is to add nothing.
+TEST(Interlock, PureOpeningOfARowThatLeansMobilisesNothing) {
+  for (const double theta : {0.0, 15.0, 30.0, 45.0}) {
+    const double lean = std::tan(theta * M_PI / 180);
+    ConcreteDamage::Parameters p = c30();
+    const Concrete& c = p.concrete;
+    const ConcreteDamage smooth(p);
+    p.aggregate = 0.016;
+    const ConcreteDamage rough(p);
+    ConcreteDamage::State a, b;
+    double last = 0, worst = 0;
+    for (int i = -100; i <= 20'000; ++i) {
+      const double e = 1e-6 * std::max(0, i);
+      Sym strain = strain_of({0, 0, i <= 0 ? 1.0001 * c.f_t * (i + 100) / 100 : std::max(last, 0.0), 0, 0, 0}, c.young, c.poisson);
+      strain[2] += e, strain[4] -= e * lean;
+      const Response with = rough(strain, still, b, b), without = smooth(strain, still, a, a);
+      for (std::size_t k = 0; k < 6; ++k) worst = std::max(worst, std::abs(with.stress[k] - without.stress[k]));
+      last = without.stress[2];
     }
+    EXPECT_LT(worst, 0.01 * c.f_t) << theta;
   }
 }
 
-TEST(Interlock, FacesSlideAtTheLimitAndRub) {
-  for (const double width : {0.02e-3, 0.05e-3}) {
-    CrackedPanel panel(width, 0.016);
-    const double yield = panel.limit / panel.stiffness;
-    double most = 0, lost = 0;
-    for (int i = 1; i <= 200; ++i) {
-      const Response r = panel.shear(1.3 * yield * i / 200);
-      EXPECT_GE(r.dissipation, 0);
-      most = std::max(most, r.stress[5]);
-      lost += r.dissipation;
+TEST(Interlock, FacesHoldByTheRatioOfSlipToOpening) {
+  for (const double crack : {0.3e-3, 1e-3})
+    for (const double side : {1.0, -1.0}) {
+      CrackedPanel rough(crack, 0.016), smooth(crack, 0);
+      EXPECT_NEAR(rough.state.normal[0], 1, 1e-12);
+      for (int i = 0; i <= 150; ++i) {   // so little that the damage law itself has next to no compression across the panel
+        const double psi = 0.001 * i, gamma = psi * rough.width;
+        const Response with = rough.shear(side * gamma), without = smooth.shear(side * gamma);
+        EXPECT_NEAR(with.stress[5] - without.stress[5], side * rough.limit * psi * psi / (1 + psi * psi), 1e-6 * rough.limit) << crack << " " << psi;
+        EXPECT_NEAR(with.stress[0] - without.stress[0], -rough.limit * (std::atan(psi) - psi / (1 + psi * psi)) * rough.opened / rough.width, 1e-6 * rough.limit) << crack << " " << psi;
+      }
     }
-    EXPECT_GE(most, 0.99 * panel.limit) << width;   // and what the law itself gives beyond
-    EXPECT_GT(lost, 0.2 * 0.3 * panel.limit * yield) << width;
-    EXPECT_GT(panel.state.slip[1], 0.2 * yield) << width;
-    EXPECT_LT(panel.shear(0).stress[5], 0) << width;   // held back by what slipped
+}
+
+TEST(Interlock, FacesSlideAndRub) {
+  for (const double crack : {0.3e-3, 1e-3}) {
+    CrackedPanel panel(crack, 0.016), smooth(crack, 0);
+    double lost = 0, law_lost = 0, most = 0;
+    for (int i = 1; i <= 500; ++i) {
+      const Response r = panel.shear(2 * panel.width * i / 500), law = smooth.shear(2 * panel.width * i / 500);
+      EXPECT_GE(r.dissipation, 0);
+      lost += r.dissipation, law_lost += law.dissipation, most = std::max(most, r.stress[5] - law.stress[5]);
+      EXPECT_LE(r.stress[5] - law.stress[5], std::max(panel.limit - law.stress[5], 0.0) + 1e-3 * panel.limit) << crack;   // together at most the limit, or what the law gives alone
+    }
+    EXPECT_GT(most, 0.05 * panel.limit) << crack;
+    EXPECT_GT(lost, law_lost) << crack;
+    EXPECT_GT(panel.state.slip[1], 0.2 * panel.width) << crack;
   }
 }
 
@@ -448,15 +471,14 @@ Books along(const ConcreteDamage& law, ConcreteDamage::State state, const Path& 
   return b;
 }
 
-TEST(Interlock, BooksCloseWhileCracksSlideOpenAndClose) {
-  for (const double width : {0.05e-3, 0.3e-3}) {
-    const CrackedPanel rough(width, 0.016), smooth(width, 0);
-    const double yield = rough.limit / rough.stiffness;
-    const auto path = [&](double s) { return Sym{rough.opened * (1 + 0.8 * std::sin(6 * M_PI * s) + 2 * s), 0, 0, 0, 0, 4 * yield * std::sin(14 * M_PI * s)}; };
+TEST(Interlock, EnergyClosesWhileCracksSlideOpenAndClose) {
+  for (const double crack : {0.3e-3, 1e-3}) {
+    const CrackedPanel rough(crack, 0.016), smooth(crack, 0);
+    const auto path = [&](double s) { return Sym{rough.opened * (1 + 0.8 * std::sin(6 * M_PI * s) + 2 * s), 0, 0, 0, 0, 4 * rough.width * std::sin(14 * M_PI * s)}; };
     const Books with = along(rough.law, rough.state, path, 20'000), without = along(smooth.law, smooth.state, path, 20'000);
     const double open_with = with.work - with.stored - with.dissipated, open_without = without.work - without.stored - without.dissipated;
     EXPECT_GE(with.least, -1e-9);   // [J/m3], rounding
-    EXPECT_GT(with.dissipated, 5 * without.dissipated);
+    EXPECT_GT(with.dissipated, 1.5 * without.dissipated);   // the rest is the law's own, whose shear crosses the crack
     EXPECT_NEAR(open_with, open_without, 0.01 * (with.dissipated - without.dissipated));
   }
 }
