@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -233,6 +234,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     return false;
   }
 
+  if (watch_) before_ = std::move(before);
   for (std::size_t i = 0; i < reports.size(); ++i) {
     IslandReport& r = reports[i];
     state_.ledger += r.ledger;
@@ -353,6 +355,35 @@ bool CoupledSystem::advance_to(double t, const std::atomic<int>* stop) {
   return arrived;
 }
 
+std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<const double> times) {
+  SystemState now = std::exchange(state_, from);
+  const RunSums sums = sums_;
+  std::vector<StructureContact> rows = std::exchange(rows_, {});
+  std::vector<std::string> schemes = schemes_;
+  Watch watch = std::exchange(watch_, nullptr);
+  SystemState before = std::move(before_);
+  const int islands = islands_;
+  const auto put_back = [&] {
+    state_ = std::move(now);
+    sums_ = sums;
+    rows_ = std::move(rows);
+    schemes_ = std::move(schemes);
+    watch_ = std::move(watch);
+    before_ = std::move(before);
+    islands_ = islands;
+  };
+  std::vector<dda::State> states;
+  try {
+    for (const double t : times) {
+      threads_->arena.execute([&] { go_to(t, nullptr); });
+      states.push_back(state_.blocks);
+    }
+  } catch (const NumericalFailure&) {   // the stretch itself did not fail: what is known of it are its ends
+  }
+  put_back();
+  return states;
+}
+
 bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
   while (t - state_.time > 1e-12 * std::max(1.0, std::abs(t))) {
     const double longest = state_.stretch > 0 ? state_.stretch : settings_.longest_stretch;
@@ -375,6 +406,7 @@ bool CoupledSystem::go_to(double t, const std::atomic<int>* stop) {
     }
     wider_.clear();
     state_.time = duration == remaining ? t : start + duration;
+    if (watch_) watch_(before_);
     state_.stretch = 2 * longest < settings_.longest_stretch ? 2 * longest : 0;
     if (sums_.counters.structure_steps == sub_steps) continue;
     const double limit = crowd_limit(model_, env_, state_.asleep, settings_.step.event_blocks);

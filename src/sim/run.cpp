@@ -80,6 +80,7 @@ class Telling {
   }
 
   void history() {
+    if (sink_.quiet()) return;
     const HistoryRow row = w_.row();
     sink_.history(row);
     RunCounters n = counters();
@@ -88,6 +89,7 @@ class Telling {
   }
 
   void field() {
+    if (sink_.quiet()) return;
     std::vector<Pose> poses;
     for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i) poses.push_back(w_.pose(i));
     std::vector<Structure::Snapshot> snapshots;

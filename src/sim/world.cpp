@@ -35,6 +35,7 @@ bool World::advance_paper(double t, const std::atomic<int>* stop) {
   while (t - p.time > 1e-9 * dt) {
     if (agreed(stop) != 0) return false;
     const double h = std::min(dt, t - p.time), start = p.time;
+    const dda::State before = watch_paper ? system->state().blocks : dda::State{};
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
     p.time += h;
     p.steps += r.substeps;
@@ -53,6 +54,7 @@ bool World::advance_paper(double t, const std::atomic<int>* stop) {
       if (load.surface >= p.first_structure)
         rows.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
                         .normal = load.normal, .area = load.area});
+    if (watch_paper) watch_paper(start, before);
     if (rows.empty()) continue;
     structures_to(start, {});
     structures_to(p.time, rows);
