@@ -73,6 +73,7 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
       throw as_of_ensemble(error, file_);
     }
   };
+  if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_); !forbidden.empty()) throw InputError(forbidden);
   forced_ = {{"simulation.threads", "1"}};
   scene::Scene provisional = read();
   if (!provisional.structures.empty()) {
@@ -117,7 +118,6 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   }
   check_lines();
   design_.place(provisional, [this](double x, double y) { return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y)); });
-  if (const std::vector<Problem> forbidden = design_.forbidden(std::min(looked_at, design_.members()), file_); !forbidden.empty()) throw InputError(forbidden);
   try_members();
   std::string all = TALUS_VERSION;
   all += template_->toml(forced_) + fmt::format("\n{} {} {} {} {} {} {}", settings_.seed, settings_.step_limit, static_cast<int>(settings_.design), settings_.members, settings_.map_cell, settings_.vary.size(), settings_.precision ? fmt::format("{} {} {} {}", settings_.precision->line, settings_.precision->quantity, settings_.precision->percentile, settings_.precision->within) : "");
