@@ -292,7 +292,7 @@ TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
   EXPECT_EQ(ensemble.blocks(), std::vector<std::string>{"B"});
   std::set<double> places;
   for (long i = 0; i < 6; ++i) {
-    const auto& at = ensemble.design().draw(i).numbers[0];
+    const std::vector<double> at = ensemble.design().draw(i).numbers[0];
     EXPECT_GE(at[0], -10);
     EXPECT_LE(at[0], 10);
     EXPECT_GE(at[1], 4);
