@@ -78,7 +78,11 @@ Colour heat(double s) {
   return c;
 }
 
-std::string number(const Json& x, double scale = 1) { return x.is_number() ? fmt::format("{:.3g}", scale * x.get<double>()) : "–"; }
+std::string number(const Json& x, double scale = 1) {
+  if (!x.is_number()) return "–";
+  const double value = scale * x.get<double>();
+  return std::abs(value) >= 1000 && std::abs(value) < 1e7 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
 
 std::string estimate(const Json& e, double scale = 1) { return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) + " to " + number(e.value("high", Json()), scale) + "</small>"; }
 
@@ -287,7 +291,7 @@ class Page {
     text += fmt::format("<p>{} hits by {} of {} members. The strongest:</p><table><tr><th>member</th><th>time, s</th><th>mass, t</th><th>speed, m/s</th><th>energy, kJ</th><th>at, m</th></tr>", member.size(), distinct.size(), file_.dims("/members/index")[0]);
     for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
       const std::size_t k = order[q].second;
-      text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.4g}</td><td>{:.1f}, {:.1f}, {:.1f}</td></tr>", member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k], point[3 * k + 1], point[3 * k + 2]);
+      text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, {:.1f}</td></tr>", member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k], point[3 * k + 1], point[3 * k + 2]);
     }
     return text + "</table>";
   }

@@ -308,6 +308,13 @@ void make_absolute(Node& node, const std::string& path, const std::string& direc
   }
 }
 
+/// In the order in which the parser gives them, also those that were set later: a scene has one text.
+void sort_keys(Node& node) {
+  for (Node& item : node.items) sort_keys(item);
+  std::sort(node.entries.begin(), node.entries.end(), [](const Node::Entry& a, const Node::Entry& b) { return a.key < b.key; });
+  for (Node::Entry& entry : node.entries) sort_keys(entry.value);
+}
+
 }  // namespace
 
 Scene read_scene(const std::string& path, const Overrides& overrides) { return read_scene_text(scene_text(path), path, overrides); }
@@ -346,12 +353,14 @@ Scene Template::scene(const Overrides& values) const { return read_tree(changed(
 std::string Template::toml(const Overrides& values) const {
   Node root = changed(values);
   make_absolute(root, "", directory());
+  sort_keys(root);
   return toml_text(root);
 }
 
 std::string Template::whole_toml() const {
   Node root = whole_;
   make_absolute(root, "", directory());
+  sort_keys(root);
   return toml_text(root);
 }
 

@@ -203,6 +203,14 @@ TEST(Members, AMemberIsTheSceneThatTalusRunRepeats) {
   EXPECT_EQ((state.c[0] - member->end[0]).norm(), 0);
 }
 
+// The copy of the scene in the output directory, with what was set on the command line, is the same ensemble.
+TEST(Members, TheWrittenSceneIsTheSameEnsemble) {
+  const Place place;
+  const Ensemble ensemble(place.put("scene.toml", tilted()).string(), {{"simulation.accuracy", "1e-2"}, {"block.B.spin", "[0.0, 0.0, 0.0]"}});
+  const Ensemble copy(place.put("copy.toml", ensemble.whole_scene()).string(), {});
+  EXPECT_EQ(copy.identity(), ensemble.identity());
+}
+
 TEST(Members, StepLimitStopsAndCounts) {
   const Place place;
   Ensemble ensemble(place.put("scene.toml", changed(tilted(), "seed = 3", "seed = 3\nstep_limit = 3")).string(), {});
