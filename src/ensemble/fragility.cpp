@@ -350,16 +350,16 @@ class Fragility {
   /// P(class >= k) per event of the ensemble.
   template <class Grade>
   Json probability(int k, Grade grade) const {
-    double p = 0, variance = 0;
+    double p = 0, variance = 0, hit = 0;
     bool any = false;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       const auto [x, n] = counts(c, k, grade);
       any = any || x > 0;
       const double w = static_cast<double>(clusters_[c].events.size()) / static_cast<double>(std::max(1L, finished_)), q = (x + 0.5) / (n + 1);
-      p += w * q, variance += w * w * q * (1 - q) / (n + 1);
+      hit += w, p += w * q, variance += w * w * q * (1 - q) / (n + 1);
     }
     const double half = 1.959963984540054 * std::sqrt(variance), value = any ? p : 0;
-    return {{"class", k}, {"value", value}, {"low", any ? std::max(0.0, p - half) : 0.0}, {"high", std::min(1.0, p + half)}};
+    return {{"class", k}, {"value", value}, {"low", any ? std::max(0.0, p - half) : 0.0}, {"high", std::min(hit, p + half)}};
   }
 
   Json member_curves(const std::string& name, std::size_t m) const {
