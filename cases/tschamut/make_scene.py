@@ -21,9 +21,9 @@ def vector(values):
 places, velocities, sizes, masses = [], [], [], []
 for r in rows:
     b = blocks[r["block_id"]]
-    # The measured centre lies a mean radius above the ground; turned at random, a block reaches lower by up to half its longest diagonal.
+    # The measured centre lies a mean radius above the ground: turned at random, and on a 5 m grid, a block would start in it.
     half = 0.5 * sum(float(b[f"size_{k}_m"]) ** 2 for k in "xyz") ** 0.5
-    places.append(vector([r["x_m"], r["y_m"], float(r["ground_z_m"]) + 1.15 * half]))
+    places.append(vector([r["x_m"], r["y_m"], float(r["ground_z_m"]) + 2.6 * half]))
     velocities.append(vector([r["vx_mps"], r["vy_mps"], r["vz_mps"]]))
     sizes.append(vector(b[f"size_{k}_m"] for k in "xyz"))
     masses.append(float(b["mass_kg"]))
@@ -54,8 +54,9 @@ density = 2700
 
 [[interface]]
 between = ["rock", "meadow"]
-friction = 0.6
-restitution = 0.2
+friction = 0.9
+restitution = 0.1
+rolling_resistance = 0.15
 normal_stiffness = "hard"
 
 [[block]]
