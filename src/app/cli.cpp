@@ -23,6 +23,12 @@ void run_options(CLI::App& command, Options& options) {
 }  // namespace
 
 scene::Overrides Options::overrides() const {
+  scene::Overrides pairs = scene_overrides();
+  if (threads > 0) pairs.emplace_back("simulation.threads", std::to_string(threads));
+  return pairs;
+}
+
+scene::Overrides Options::scene_overrides() const {
   scene::Overrides pairs;
   for (const std::string& text : set) {
     const auto equals = text.find('=');
@@ -36,7 +42,6 @@ scene::Overrides Options::overrides() const {
     }
     pairs.emplace_back(text.substr(0, equals), text.substr(equals + 1));
   }
-  if (threads > 0) pairs.emplace_back("simulation.threads", std::to_string(threads));
   return pairs;
 }
 
@@ -85,8 +90,28 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   explain->add_flag("--all", options.all, "List all keys");
   explain->add_flag("--markdown", options.markdown, "With --all: the reference as Markdown");
 
-  auto* ensemble = app->add_subcommand("ensemble", "Planned");
-  ensemble->allow_extras();
+  auto* ensemble = app->add_subcommand("ensemble", "Many members of a scene that differ in what its [ensemble] draws; under mpirun they are handed to all ranks");
+  scene_options(*ensemble, options);
+  ensemble->add_option("-o,--output", options.output, "Output directory")->type_name("DIR")->required();
+  ensemble->add_flag("--resume", options.resume, "Go on with the members that are not finished");
+
+  auto* fragility = app->add_subcommand("fragility", "From an ensemble's hits on a structure to probabilities of damage, by coupled runs of some of them");
+  fragility->add_option("DIR", options.input, "Output directory of talus ensemble")->required();
+  fragility->add_option("--structure", options.structure, "The structure")->type_name("NAME")->required();
+  fragility->add_option("--runs", options.runs, "Coupled runs (60)")->type_name("N")->check(CLI::Range(1, 100000));
+  fragility->add_option("--window", options.window, "Time of the strike and what follows that each run covers (0.5 s)")->type_name("TIME");
+  fragility->add_option("--threads", options.threads, "Runs at a time; 0 takes all cores")->type_name("N")->check(CLI::Range(0, 4096));
+
+  auto* compare = app->add_subcommand("compare", "Ensembles of options side by side: differences with intervals");
+  compare->add_option("DIR", options.words, "Output directories of talus ensemble; the first is what the others are held against")->required()->expected(2, 1000);
+  compare->add_option("-o,--output", options.output, "Directory for compare.json and compare.html (results/compare)")->type_name("DIR");
+
+  auto* calibrate = app->add_subcommand("calibrate", "Parameters of a scene with [ensemble] against measured end points");
+  scene_options(*calibrate, options);
+  calibrate->add_option("--measured", options.measured, "CSV file with columns x and y, scene coordinates; every fourth point is held out")->type_name("FILE")->required();
+  calibrate->add_option("--vary", options.vary, "A parameter and its range; may be repeated")->type_name("KEY=LOW:HIGH")->required()->take_all()->allow_extra_args(false);
+  calibrate->add_option("--candidates", options.candidates, "Points of the range that are tried (32)")->type_name("N")->check(CLI::Range(2, 10000));
+  calibrate->add_option("-o,--output", options.output, "Output directory")->type_name("DIR")->required();
   return app;
 }
 

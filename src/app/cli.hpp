@@ -25,11 +25,17 @@ struct Options {
   bool man = false;
   bool repair = false;           // talus convert
   std::vector<std::string> words;
+  // talus fragility, talus calibrate
+  std::string structure, window = "0.5 s", measured;
+  int runs = 60, candidates = 32;
+  std::vector<std::string> vary;
   // talus formulas
   std::string mass, velocity, diameter, stiffness, angle;
 
   /// --set and --threads, in order. Throws InputError for a text without "=".
   scene::Overrides overrides() const;
+  /// --set alone.
+  scene::Overrides scene_overrides() const;
 };
 
 std::unique_ptr<CLI::App> make_cli(Options& options);

@@ -1,6 +1,9 @@
+#include <filesystem>
+
 #include <fmt/format.h>
 
 #include "app/commands.hpp"
+#include "ensemble/report.hpp"
 #include "io/files.hpp"
 #include "io/report.hpp"
 
@@ -8,7 +11,13 @@ namespace talus::app {
 
 int command_report(const Options& options) {
   io::require_idle(options.input);
-  fmt::print("{}\n", io::write_report(options.input).string());
+  const std::filesystem::path directory = options.input;
+  if (std::filesystem::exists(directory / "ensemble.h5")) {
+    const ensemble::Ensemble ensemble((directory / "scene.toml").string(), {});
+    fmt::print("{}\n", ensemble::write_report(ensemble, directory).string());
+    return done;
+  }
+  fmt::print("{}\n", io::write_report(directory).string());
   return done;
 }
 

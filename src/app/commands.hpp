@@ -15,6 +15,10 @@ int command_formulas(const Options& options);
 int command_report(const Options& options);
 int command_convert(const Options& options);
 int command_explain(const Options& options);
+int command_ensemble(const Options& options);
+int command_fragility(const Options& options);
+int command_compare(const Options& options);
+int command_calibrate(const Options& options);
 
 /// Runs a scene that has been read; the common part of run and impact. `carry_blocks`: with simulation.initial_state blocks go on
 /// from there, too, not structures alone.

@@ -25,16 +25,10 @@ int dispatch(const CLI::App& cli, const Options& options) {
   static const std::map<std::string, int (*)(const Options&)> commands{
       {"run", command_run},         {"check", command_check},   {"cut", command_cut},         {"impact", command_impact},
       {"capacity", command_capacity}, {"verify", command_verify}, {"formulas", command_formulas}, {"report", command_report},
-      {"convert", command_convert}, {"explain", command_explain}};
+      {"convert", command_convert}, {"explain", command_explain}, {"ensemble", command_ensemble},
+      {"fragility", command_fragility}, {"compare", command_compare}, {"calibrate", command_calibrate}};
   const auto called = cli.get_subcommands();
   const std::string name = called.empty() ? std::string() : called.front()->get_name();
-  if (name == "ensemble") {
-    Problem problem;
-    problem.key = "talus ensemble";
-    problem.rule = "is planned, not yet there";
-    problem.remedy = "run the members one by one with talus run --set";
-    throw InputError(problem);
-  }
   const auto found = commands.find(name);
   if (found == commands.end()) {
     tell("{}", cli.help());

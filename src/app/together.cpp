@@ -36,7 +36,7 @@ void start_together() {
 }
 
 void require_one_rank(const std::string& command) {
-  if (started == nullptr || command == "run" || command == "impact") return;
+  if (started == nullptr || command == "run" || command == "impact" || command == "ensemble") return;
   Problem problem;
   problem.key = "talus " + command;
   problem.rule = fmt::format("is not divided over ranks, but {} were started", started->size());

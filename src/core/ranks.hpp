@@ -29,6 +29,9 @@ class Ranks {
 /// Number of processes that the launcher (mpirun, srun) says; 1 without one.
 int launched_ranks();
 
+/// From now on ranks() gives none: this process computes by itself, and only who has asked before speaks to the others.
+void work_alone();
+
 /// The ranks of this run; null for a single process. The first call starts MPI. Throws InputError if its module is missing.
 Ranks* ranks();
 

@@ -12,10 +12,11 @@
 namespace talus::coupling {
 
 /// A structure in the coupled step. `fixed_surface`: schemes "rigid" and "one-way", its undeformed skin is a fixed obstacle.
-/// `one_way`: what the blocks did to that obstacle is put on the structure afterwards.
+/// `one_way`: what the blocks did to that obstacle is put on the structure afterwards. A fixed surface of scheme "rigid" never changes, and may be
+/// that of several worlds.
 struct StructurePart {
-  std::unique_ptr<Structure> structure;
-  std::unique_ptr<contact::SurfaceIndex> index;
+  std::shared_ptr<Structure> structure;
+  std::shared_ptr<contact::SurfaceIndex> index;
   int material = 0;
   bool fixed_surface = false;
   bool one_way = false;
@@ -48,7 +49,7 @@ inline std::unique_ptr<contact::SurfaceIndex> moving_index(const TriangleSurface
 
 struct Environment {
   std::vector<Plane> planes;
-  std::unique_ptr<contact::SurfaceIndex> terrain;   // null: none
+  std::shared_ptr<const contact::SurfaceIndex> terrain;   // null: none; may be that of several worlds
   ContactLaws laws;
   std::vector<std::optional<ContactLaw>> joint_laws;   // by joint of the rock mass; empty: the materials' law
   std::vector<Bond> bonds;                             // sorted by (a, b, joint)

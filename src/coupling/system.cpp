@@ -8,6 +8,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -240,6 +241,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
     keep_motion(reports, before.ledger);
   }
+  if (watch_) before_ = std::move(before);
   for (std::size_t i = 0; i < reports.size(); ++i) {
     IslandReport& r = reports[i];
     state_.ledger += r.ledger;
@@ -388,6 +390,38 @@ double CoupledSystem::stretch_end(double end) const {
   return ends.at(k) < end - on_clock * longest ? ends.at(k) : end;
 }
 
+std::vector<dda::State> CoupledSystem::again(const SystemState& from, std::span<const double> times) {
+  SystemState now = std::exchange(state_, from);
+  const RunSums sums = sums_;
+  std::vector<StructureContact> rows = std::exchange(rows_, {});
+  std::vector<std::string> schemes = schemes_;
+  Watch watch = std::exchange(watch_, nullptr);
+  SystemState before = std::move(before_);
+  std::vector<IslandMotion> motion = std::exchange(motion_, {});
+  const Ledger works = works_before_;
+  const int islands = islands_;
+  const double end = now.time;
+  const auto put_back = [&] {
+    state_ = std::move(now);
+    sums_ = sums;
+    rows_ = std::move(rows);
+    schemes_ = std::move(schemes);
+    watch_ = std::move(watch);
+    before_ = std::move(before);
+    motion_ = std::move(motion);
+    works_before_ = works;
+    islands_ = islands;
+  };
+  std::vector<dda::State> states;
+  try {
+    threads_->arena.execute([&] { go_on(end, nullptr, times); });
+    for (const double t : times) states.push_back(at(t).blocks);
+  } catch (const NumericalFailure&) {   // the stretch itself did not fail: what is known of it are its ends
+  }
+  put_back();
+  return states;
+}
+
 /// One stretch, tried shorter until it stands.
 bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<const double> rows) {
   motion_.clear();
@@ -412,6 +446,7 @@ bool CoupledSystem::go_on(double end, const std::atomic<int>* stop, std::span<co
     }
     wider_.clear();
     state_.time = duration == remaining ? t : start + duration;
+    if (watch_) watch_(before_);
     state_.stretch = 2 * longest < longest_stretch() ? 2 * longest : 0;
     if (sums_.counters.structure_steps == sub_steps) return true;
     const double limit = crowd_limit(model_, env_, state_.asleep, few_blocks);

@@ -49,6 +49,9 @@ struct Moment {
   Ledger works;   // `contact`: stored in springs then
 };
 
+/// Is told of every stretch that was made, with the state before it; the present state is the system's.
+using Watch = std::function<void(const SystemState& before)>;
+
 /// Pairs whose contacts so far are in the state; empty: none.
 using KnownPairs = std::function<bool(const CandidatePair&)>;
 
@@ -92,6 +95,12 @@ class CoupledSystem {
   /// Advances the structures of scheme "one-way" alone, from the state's time over `duration`, which becomes its time, under contact forces that were found elsewhere
   /// and are told with those of take_structure_contacts(). Blocks stay where they are.
   void advance_structures(double duration, std::span<const StructureContact> rows);
+  void watch(Watch watch) { watch_ = std::move(watch); }
+  /// The blocks at ascending times of a stretch that began at `from`, by steps made anew: the present state, its sums and its contacts stay as they
+  /// are. Only for systems that step no structure.
+  std::vector<dda::State> again(const SystemState& from, std::span<const double> times);
+  /// Contacts on structures since the last call of take_structure_contacts().
+  std::span<const StructureContact> structure_contacts() const { return rows_; }
   /// Contacts on structures since the last call.
   std::vector<StructureContact> take_structure_contacts();
   /// Energy stored in contact springs now [J].
@@ -140,6 +149,8 @@ class CoupledSystem {
   std::vector<StructureContact> rows_;
   std::vector<IslandMotion> motion_;    // of the last stretch
   Ledger works_before_;                 // as it began; `contact`: of the springs of blocks that were in none of its islands
+  Watch watch_;                         // empty: none
+  SystemState before_;                  // of the last stretch, if there is a watch
   std::vector<std::string> schemes_;
   int islands_ = 0;
   struct Threads;                       // whose number the loops of steps keep to: outside of them a loop takes all cores

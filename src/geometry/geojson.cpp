@@ -39,13 +39,21 @@ std::string crs_of(const json& root) {
   return root["crs"].value("properties", json::object()).value("name", "");
 }
 
+void add_line(const json& points, PlanLines& out) {
+  std::vector<Eigen::Vector2d> line;
+  for (const json& p : points)
+    if (const Eigen::Vector2d at(p.at(0).get<double>(), p.at(1).get<double>()); line.empty() || at != line.back()) line.push_back(at);
+  if (line.size() >= 2) out.lines.push_back(std::move(line));
+}
+
 void add_line(const json& points, BreakLines& out) {
   std::vector<Vec3> line;
   for (const json& p : points) line.emplace_back(p.at(0).get<double>(), p.at(1).get<double>(), p.at(2).get<double>());
   if (line.size() >= 2) out.lines.push_back(std::move(line));
 }
 
-void add(const json& node, BreakLines& out) {
+template <class Lines>
+void add(const json& node, Lines& out) {
   const std::string type = node.at("type");
   if (type == "FeatureCollection") {
     for (const json& f : node.at("features")) add(f, out);
@@ -97,6 +105,13 @@ BreakLines read_breaklines(const std::string& path) {
   BreakLines found = read_geojson<BreakLines>(path, "export the lines as GeoJSON with a height at each point: [x, y, z]");
   if (found.lines.empty())
     throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no line", .remedy = "give LineString or MultiLineString geometries with [x, y, z]"});
+  return found;
+}
+
+PlanLines read_plan_lines(const std::string& path) {
+  PlanLines found = read_geojson<PlanLines>(path, "export the lines as GeoJSON");
+  if (found.lines.empty())
+    throw InputError(Problem{.file = path, .key = "geojson", .rule = "holds no line", .remedy = "give LineString or MultiLineString geometries"});
   return found;
 }
 

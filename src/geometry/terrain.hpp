@@ -84,6 +84,13 @@ struct BreakLines {
 };
 BreakLines read_breaklines(const std::string& path);
 
+/// Lines of a GeoJSON file in plan, map coordinates; heights are left out.
+struct PlanLines {
+  std::vector<std::vector<Eigen::Vector2d>> lines;
+  std::string crs;
+};
+PlanLines read_plan_lines(const std::string& path);
+
 /// Surface whose edges hold the given lines: a constrained Delaunay triangulation in plan of the surface's vertices and the lines'. Without a
 /// surface, of the lines alone. Vertices nearer to a line (in plan) than half the mean edge of the surface give way to it. `fixed` is set for
 /// the lines' vertices. Lines may meet at their points only; throws InputError naming the place where they cross.

@@ -24,7 +24,9 @@ constexpr std::string_view known_files[] = {"checkpoint.h5", "journal.bin", "sum
                                             "log.jsonl",     "results.h5",  "results.xdmf", "results.pvd", "report.html",
                                             "scene.toml.part", "scene.resolved.json.part", "summary.json.part", "results.h5.part",
                                             "results.xdmf.part", "results.pvd.part", "report.html.part", "checkpoint.h5.part",
-                                            "final_state.h5", "final_state.h5.part", "capacity.json", "capacity.json.part"};
+                                            "final_state.h5", "final_state.h5.part", "capacity.json", "capacity.json.part",
+                                            "ensemble.h5", "ensemble.h5.part", "details.json", "details.json.part", "ensemble.gpkg", "fragility.json", "fragility.json.part"};
+constexpr std::string_view known_folders[] = {"fields", "members", "maps", "journal", "fragility"};
 
 void sync_path(const fs::path& path, int flags) {
   const int fd = ::open(path.c_str(), flags | O_CLOEXEC);
@@ -123,7 +125,7 @@ DirectoryLock claim_directory(const fs::path& directory) {
   if (error) throw refusal(directory, fmt::format("cannot be created: {}", error.message()), "name another directory with -o");
   DirectoryLock lock(directory);
   for (const std::string_view name : known_files) fs::remove(directory / name, error);
-  fs::remove_all(directory / "fields", error);
+  for (const std::string_view name : known_folders) fs::remove_all(directory / name, error);
   write_file(directory / marker_name, "Results of Talus. A directory with this file may be overwritten by the next run.\n");
   return lock;
 }

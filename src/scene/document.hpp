@@ -52,6 +52,11 @@ Node parse_toml(const std::string& text, const std::string& file, std::vector<Pr
 Node parse_toml_value(const std::string& text, const std::string& file);
 Node parse_json(const std::string& text, const std::string& file, std::vector<Problem>& problems);
 
+/// The tree as the text of a scene file.
+std::string toml_text(const Node& root);
+/// A value in one line, tables in braces.
+std::string inline_toml(const Node& value);
+
 /// Puts `value` at a dotted key. A part after an array of tables is the `name` of one of them, or its place (0 is the
 /// first); an interface is named by its two materials, "rock/slope".
 void set_value(Node& root, const std::string& key, const std::string& value, std::vector<Problem>& problems);

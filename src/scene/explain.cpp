@@ -62,6 +62,8 @@ const Key* find_loose(const std::string& path) {
 
 }  // namespace
 
+const Key* key_of_path(const std::string& path) { return find_loose(path); }
+
 std::string type_text(const Key& key) {
   const std::string quantity = what(key.dimension);
   switch (key.type) {
@@ -72,6 +74,10 @@ std::string type_text(const Key& key) {
     case Type::choice: return "one of " + quoted_list(key.choices);
     case Type::path: return "a file, relative to the scene file";
     case Type::vector: return key.dimension.none() ? "three numbers [x, y, z]" : fmt::format("[x, y, z], each {}", quantity);
+    case Type::plan_points: return fmt::format("a list of points [[x, y], ...], each {}", quantity);
+    case Type::amount: return "a number, or a text with a unit";
+    case Type::amounts: return "a list of numbers, or of texts with a unit";
+    case Type::values: return "a list of values";
     case Type::quaternion: return "four numbers [w, x, y, z]";
     case Type::plan_vector: return fmt::format("[x, y] or [x, y, z], each {}", quantity);
     case Type::vectors: return fmt::format("a list of points [[x, y, z], ...], each {}", quantity);

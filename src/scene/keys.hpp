@@ -14,6 +14,7 @@ enum class Type {
   vector,        // [x, y, z] of quantities
   plan_vector,   // [x, y] or [x, y, z]
   vectors,       // [[x, y, z], ...]
+  plan_points,   // [[x, y], ...], two or more
   quaternion,    // [w, x, y, z]
   pair_list,     // [[a, b], ...]: the dimension is b's, `first` is a's
   counts,        // [nx, ny, nz]
@@ -27,6 +28,9 @@ enum class Type {
   section,       // a name, or [x, y]
   velocity,      // a vector, or a speed
   table, tables,
+  amount,        // a quantity of any dimension
+  amounts,       // a list of them
+  values,        // a list of values of any kind
   free_table,    // names of the user's own, each a quantity of any dimension
   planned        // an error that says so
 };
@@ -57,6 +61,8 @@ std::string type_text(const Key& key);
 /// "> 0", "0 to 1", "" if there is no bound.
 std::string range_text(const Key& key);
 
+/// The key that a user's own path means: "block.B1.size" is block.size; null: none.
+const Key* key_of_path(const std::string& path);
 /// What `talus explain KEY` prints. Also for a table, and for a user's own path such as "block.B1.size". Throws InputError
 /// that names the nearest key.
 std::string explain(const std::string& key);

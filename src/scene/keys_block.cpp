@@ -58,6 +58,7 @@ std::vector<Key> block_keys() {
                {.path = "block.release.polygon", .type = Type::path, .doc = "GeoJSON with polygons, in the terrain's map coordinates: the centroids start within.", .required = "always in block.release"},
                {.path = "block.release.count", .type = Type::integer, .fallback = "1", .doc = "Number of copies.", .min = 1, .max = 100000},
                {.path = "block.release.height", .type = Type::quantity, .dimension = length, .fallback = "0.1 m", .doc = "Of the lowest point of the block above the highest ground in its plan.", .min = 0, .above = true},
+               {.path = "block.release.at", .type = Type::section, .dimension = length, .doc = "One place in plan, scene coordinates, in place of random ones: the block keeps its name and its orientation, and starts at `height` there."},
                {.path = "block.release.turn", .type = Type::boolean, .fallback = "true", .doc = "Each copy is turned at random, uniformly over all orientations."},
                {.path = "block.release.seed", .type = Type::integer, .fallback = "1", .doc = "The same seed gives the same places and orientations.", .min = 0, .max = 4294967295.0}});
   add_orientation(keys, "block");

@@ -97,9 +97,6 @@ std::vector<Key> general_keys() {
       {.path = "resolved.file.path", .type = Type::text, .doc = "Absolute path.", .required = "always in resolved.file"},
       {.path = "resolved.file.sha256", .type = Type::text, .doc = "SHA-256 of the contents.", .required = "always in resolved.file"},
       {.path = "resolved.note", .type = Type::texts, .doc = "What was chosen for the user, one line per fact."},
-
-      {.path = "line", .type = Type::planned, .doc = "Lines (nets, cables, roads) are planned."},
-      {.path = "ensemble", .type = Type::planned, .doc = "Ensembles of perturbed runs are planned."},
   };
 }
 

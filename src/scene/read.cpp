@@ -174,7 +174,13 @@ std::string Reading::file(const View& view, const std::string& key, bool inlined
   }
   const auto booked = std::find_if(scene.files.begin(), scene.files.end(), [&](const auto& f) { return f.first == path.string(); });
   if (booked == scene.files.end() && !inlined) {
-    const std::string hash = sha256_file(path.string());
+    const auto known = [&]() -> const std::string* {
+      if (known_files)
+        for (const auto& [name, hash] : *known_files)
+          if (name == path.string()) return &hash;
+      return nullptr;
+    }();
+    const std::string hash = known ? *known : sha256_file(path.string());
     if (hash.empty()) {
       view.problem(key, fmt::format("{} cannot be read", path.string()), "check its permissions");
       return {};
@@ -200,9 +206,9 @@ std::string Reading::name(const View& view, const std::string& key, const std::s
   return name;
 }
 
-Scene read_scene_text(const std::string& text, const std::string& path, const Overrides& overrides) {
-  std::vector<Problem> problems;
-  Scene scene;
+namespace {
+
+Node parse_scene(const std::string& text, const std::string& path, const Overrides& overrides, std::vector<Problem>& problems) {
   const auto first = text.find_first_not_of(" \t\r\n");
   const bool json = first != std::string::npos && text[first] == '{';
   Node root = json ? parse_json(text, path, problems) : parse_toml(text, path, problems);
@@ -218,12 +224,18 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
     }
   }
   if (root.where.file.empty()) root.where = {path, 1, 1};
+  return root;
+}
+
+/// `known`: files whose hashes are known.
+Scene read_tree(Node root, const std::string& path, std::vector<Problem> problems, const std::vector<std::pair<std::string, std::string>>* known, bool resolve) {
+  Scene scene;
   validate(root, problems);
 
   std::error_code error;
   const fs::path absolute = fs::absolute(path, error).lexically_normal();
   scene.file = absolute.string();
-  Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}, {}};
+  Reading in{scene, problems, absolute.parent_path().string(), {}, {}, true, {}, {}, known};
   const View view(root, "", problems);
   note_places(root, scene.places);
   scene.title = view.text("title");
@@ -235,6 +247,7 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   read_rock_mass(in, view);
   read_structures(in, view);
   read_impact(in, view);
+  read_ensemble(in, view);
   read_coupling_and_output(in, view);
   read_interfaces(in, view);
   refuse_names_of_fragments(scene, view);
@@ -252,11 +265,23 @@ Scene read_scene_text(const std::string& text, const std::string& path, const Ov
   const bool failed = std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; });
   if (failed) throw InputError(problems);
   scene.warnings = std::move(problems);
-  scene.resolved_json = resolved_json(scene);
+  if (resolve) scene.resolved_json = resolved_json(scene);
   return scene;
 }
 
-Scene read_scene(const std::string& path, const Overrides& overrides) {
+std::string scene_text(const std::string& path);
+
+}  // namespace
+
+Scene read_scene_text(const std::string& text, const std::string& path, const Overrides& overrides) {
+  std::vector<Problem> problems;
+  Node root = parse_scene(text, path, overrides, problems);
+  return read_tree(std::move(root), path, std::move(problems), nullptr, true);
+}
+
+namespace {
+
+std::string scene_text(const std::string& path) {
   std::error_code error;
   const auto status = fs::status(path, error);
   if (!fs::exists(status)) throw InputError(whole_file(path, "there is no such file", "give the path of a scene file (TOML)"));
@@ -267,7 +292,80 @@ Scene read_scene(const std::string& path, const Overrides& overrides) {
   std::ostringstream text;
   text << stream.rdbuf();
   if (!stream) throw InputError(whole_file(path, "cannot be read", "check its permissions"));
-  return read_scene_text(as_utf8(text.str(), path), path, overrides);
+  return as_utf8(text.str(), path);
+}
+
+/// Where relative paths of a table start from, made absolute.
+void make_absolute(Node& node, const std::string& path, const std::string& directory) {
+  for (Node& item : node.items) make_absolute(item, path, directory);
+  for (Node::Entry& entry : node.entries) {
+    const std::string below = path.empty() ? entry.key : path + "." + entry.key;
+    const Key* key = find_key(below);
+    if (key && (key->type == Type::path || key->type == Type::path_or_tables) && entry.value.kind == Node::Kind::text)
+      entry.value.text = (fs::path(directory) / entry.value.text).lexically_normal().string();
+    else make_absolute(entry.value, below, directory);
+  }
+}
+
+/// In the order in which the parser gives them, also those that were set later: a scene has one text.
+void sort_keys(Node& node) {
+  for (Node& item : node.items) sort_keys(item);
+  std::sort(node.entries.begin(), node.entries.end(), [](const Node::Entry& a, const Node::Entry& b) { return a.key < b.key; });
+  for (Node::Entry& entry : node.entries) sort_keys(entry.value);
+}
+
+}  // namespace
+
+Scene read_scene(const std::string& path, const Overrides& overrides) { return read_scene_text(scene_text(path), path, overrides); }
+
+Template::Template(const std::string& path, const Overrides& overrides) : path_(path) {
+  std::vector<Problem> problems;
+  root_ = parse_scene(scene_text(path), path, overrides, problems);
+  if (!problems.empty()) throw InputError(problems);
+  // What is drawn may be missing from the scene, which is whole only with the first member's values: [ensemble] and [[line]] are read by themselves.
+  Node part;
+  part.kind = Node::Kind::table;
+  part.where = root_.where;
+  for (const Node::Entry& entry : root_.entries)
+    if (entry.key == "schema" || entry.key == "ensemble" || entry.key == "line") part.entries.push_back(entry);
+  validate(part, problems);
+  std::error_code error;
+  Scene scene;
+  Reading in{scene, problems, fs::absolute(path, error).lexically_normal().parent_path().string(), {}, {}, true, {}, {}, nullptr};
+  read_ensemble(in, View(part, "", problems));
+  if (!problems.empty()) throw InputError(problems);
+  ensemble_ = std::move(scene.ensemble);
+  whole_ = root_;
+  std::erase_if(root_.entries, [](const Node::Entry& e) { return e.key == "ensemble"; });
+}
+
+Node Template::changed(const Overrides& values) const {
+  Node root = root_;
+  std::vector<Problem> problems;
+  for (const auto& [key, value] : values) set_value(root, key, value, problems);
+  if (!problems.empty()) throw InputError(problems);
+  return root;
+}
+
+Scene Template::scene(const Overrides& values) const { return read_tree(changed(values), path_, {}, &files_, false); }
+
+std::string Template::toml(const Overrides& values) const {
+  Node root = changed(values);
+  make_absolute(root, "", directory());
+  sort_keys(root);
+  return toml_text(root);
+}
+
+std::string Template::whole_toml() const {
+  Node root = whole_;
+  make_absolute(root, "", directory());
+  sort_keys(root);
+  return toml_text(root);
+}
+
+std::string Template::directory() const {
+  std::error_code error;
+  return fs::absolute(path_, error).lexically_normal().parent_path().string();
 }
 
 }  // namespace talus::scene

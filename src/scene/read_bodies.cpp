@@ -284,13 +284,17 @@ std::optional<Release> read_release(Reading& in, const View& block) {
   const auto view = block.table("release");
   if (!view) return std::nullopt;
   for (const char* key : {"position", "orientation", "fixed", "fixed_points"})
-    if (block.has(key)) block.problem(key, "a block with a release area has none of its own", "remove it, or release");
+    if (block.has(key) && !(view->has("at") && std::string_view(key) == "orientation")) block.problem(key, "a block with a release area has none of its own", "remove it, or release");
   Release r;
   r.polygon = in.file(*view, "polygon");
   r.count = static_cast<int>(view->integer("count"));
   r.height = view->number("height");
   r.seed = static_cast<unsigned>(view->integer("seed"));
   r.turn = view->flag("turn");
+  if (const Node* at = view->get("at"); at && at->kind == Node::Kind::array) {
+    r.at = vector_of(*at, dimension::length).head<2>();
+    if (r.count > 1) view->problem("count", "one place takes one block", "leave count out");
+  }
   if (!in.scene.site && in.scene.planes.empty()) view->problem("polygon", "there is no ground to release above", "add [site] or a [[plane]]");
   return r;
 }

@@ -18,6 +18,7 @@ struct Reading {
   bool names_good = true;                               // every material that is named is known
   bool interface_wildcard = false;                      // some interface.between holds "*"
   std::map<std::string, int> interface_name;            // names in interface.between that no [[material]] declares
+  const std::vector<std::pair<std::string, std::string>>* known_files = nullptr;   // whose hashes are known; null: none
 
   /// Index of the material named at `key`; reports unknown ones. A `surface` (terrain, plane) may name one that only an
   /// interface knows, since nothing but the contact law of it is used.
@@ -35,6 +36,7 @@ void read_blocks(Reading& in, const View& root);
 void read_rock_mass(Reading& in, const View& root);
 void read_structures(Reading& in, const View& root);
 void read_impact(Reading& in, const View& root);
+void read_ensemble(Reading& in, const View& root);
 /// Where every table and key stands. Entries of a list that have no name go by their place, and by the name that they get.
 void note_places(const Node& root, std::map<std::string, Where>& places);
 /// Warns of numbers that are allowed and hardly meant.

@@ -260,7 +260,11 @@ std::string resolved_json(const Scene& scene) {
     block["spin"] = vec(b.spin);
     if (b.release)
       block["release"] = {{"polygon", b.release->polygon}, {"count", b.release->count}, {"height", b.release->height}, {"seed", b.release->seed}, {"turn", b.release->turn}};
-    else
+    if (b.release && b.release->at) {
+      block["release"]["at"] = {b.release->at->x(), b.release->at->y()};
+      block["orientation"] = rotation(b.rotation);
+    }
+    if (!b.release)
       block["fixed"] = b.fixed;
     if (!b.fixed_points.empty()) block["fixed_points"] = list(b.fixed_points);
     if (scene.simulation.method == Simulation::Method::talus) block["deformable"] = b.deformable;
@@ -281,6 +285,13 @@ std::string resolved_json(const Scene& scene) {
     impact["clearance"] = i.clearance;
     impact["deformable"] = i.deformable;
     out["impact"] = impact;
+  }
+  for (const Line& line : scene.lines) {
+    Json one = {{"name", line.name}};
+    if (!line.file.empty()) one["file"] = line.file;
+    else
+      for (const Eigen::Vector2d& p : line.parts.front()) one["points"].push_back({p.x(), p.y()});
+    out["line"].push_back(one);
   }
   if (!scene.structures.empty()) {
     const Coupling& c = scene.coupling;

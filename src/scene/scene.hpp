@@ -1,5 +1,7 @@
 /// The scene as plain validated structs: every default filled in, SI, absolute paths. `read_scene` is the only way in.
 #pragma once
+#include <array>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <string>
@@ -77,6 +79,7 @@ struct Release {
   double height = 0;            // of the lowest point above the highest ground below the block [m]
   unsigned seed = 1;
   bool turn = true;             // random orientation
+  std::optional<Eigen::Vector2d> at;   // the one place in plan, scene coordinates: the block keeps its name and orientation
 };
 
 struct Block {
@@ -125,6 +128,39 @@ struct RockMass {
   std::string block_prefix = "R";
 };
 
+/// A line in plan at which crossings are recorded.
+struct Line {
+  std::string name;
+  std::vector<std::vector<Eigen::Vector2d>> parts;   // scene coordinates, each two points or more; empty: to be read from `file`
+  std::string file;                                  // absolute path of the GeoJSON, map coordinates
+};
+
+/// A variable of an ensemble.
+struct Vary {
+  enum class Kind { lognormal, normal, uniform, power_law, list, table, rotation, release };
+  std::string key;              // as --set takes it
+  Kind kind = Kind::uniform;
+  std::array<double, 3> parameters{};   // as the scene gives them, SI
+  std::string unit;             // SI unit that drawn numbers are written with; empty: bare
+  std::vector<std::string> list;   // values as TOML
+  std::vector<double> table;
+  std::optional<double> min, max;
+  int like = -1;                // an earlier variable whose draw is taken
+};
+
+struct Ensemble {
+  enum class Design { random, sobol, factorial };
+  struct Precision { std::string line, quantity; double percentile = 95, within = 0.1; };
+  long members = 0;             // 0: not given
+  std::optional<Precision> precision;
+  std::uint32_t seed = 1;
+  long step_limit = 200000;
+  Design design = Design::random;
+  std::vector<Vary> vary;
+  double map_cell = 2;          // [m]
+  double releases_per_year = 0; // 0: not given
+};
+
 struct Coupling {
   enum class Scheme { two_way, one_way, rigid };
   Scheme scheme = Scheme::two_way;
@@ -171,6 +207,8 @@ struct Scene {
   Coupling coupling;
   Output output;
   std::optional<Impact> impact;
+  std::vector<Line> lines;
+  std::optional<Ensemble> ensemble;
   std::vector<std::pair<std::string, std::string>> files;  // every file that was named: absolute path, SHA-256
   std::vector<std::string> notes;                          // what was chosen for the user, one line per fact
   std::vector<Problem> warnings;
@@ -190,6 +228,32 @@ using Overrides = std::vector<std::pair<std::string, std::string>>;
 
 /// Reads TOML (or scene.resolved.json) and validates everything at once. Throws InputError with all problems.
 Scene read_scene(const std::string& path, const Overrides& overrides = {});
+/// A scene of which many others are made that differ in some of their keys. The file is parsed once; files that the first scene named are not
+/// hashed again.
+class Template {
+ public:
+  /// Throws InputError for what is no TOML, for overrides that fit nowhere, and for mistakes in [ensemble] and [[line]].
+  Template(const std::string& path, const Overrides& overrides);
+  const Ensemble* ensemble() const { return ensemble_ ? &*ensemble_ : nullptr; }
+  const std::string& file() const { return path_; }
+  /// The scene without [ensemble] and with `values` set. Throws InputError with all problems.
+  Scene scene(const Overrides& values) const;
+  /// The same as the text of a scene file with absolute paths.
+  std::string toml(const Overrides& values) const;
+  /// All of it, [ensemble] included and overrides applied, with absolute paths.
+  std::string whole_toml() const;
+  /// Files that every scene names, with their hashes: those of the first.
+  void adopt_files(const Scene& first) { files_ = first.files; }
+
+ private:
+  Node changed(const Overrides& values) const;
+  std::string path_;
+  std::string directory() const;
+  Node root_, whole_;   // without [ensemble], with it
+  std::optional<Ensemble> ensemble_;
+  std::vector<std::pair<std::string, std::string>> files_;
+};
+
 /// The same from text; `path` names the place that relative paths start from and that messages show.
 Scene read_scene_text(const std::string& text, const std::string& path, const Overrides& overrides = {});
 

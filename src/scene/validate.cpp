@@ -29,6 +29,8 @@ class Validator {
  public:
   explicit Validator(std::vector<Problem>& problems) : problems_(problems) {}
 
+  void one(Node& node, const Key& key) { value(node, key); }
+
   void table(Node& node, const std::string& path) {
     for (Node::Entry& entry : node.entries) {
       const std::string below = path.empty() ? entry.key : path + "." + entry.key;
@@ -141,6 +143,15 @@ class Validator {
       if (!quantity(item, key, key.dimension, owner)) return;
   }
 
+  /// A quantity of any dimension.
+  bool amount(Node& node, const Key& key, Node& owner) {
+    std::string error;
+    if (node.is_number() && std::isfinite(node.as_number())) return true;
+    if (node.kind == Node::Kind::text && parse_quantity(node.text, error)) return true;
+    report(owner, fmt::format("must be {}{}{}", type_text(key), error.empty() ? "" : ": ", error), "see talus explain " + key.path);
+    return false;
+  }
+
   void choice(Node& node, const Key& key) {
     if (std::find(key.choices.begin(), key.choices.end(), node.text) != key.choices.end()) return;
     std::string list;
@@ -183,6 +194,20 @@ class Validator {
           if (node.bad) return;
         }
         return;
+      case Type::plan_points:
+        if (!list(node, key, 2, 1000000)) return;
+        for (Node& item : node.items) {
+          vector(item, key, 2, 2, node);
+          if (node.bad) return;
+        }
+        return;
+      case Type::amount: amount(node, key, node); return;
+      case Type::amounts:
+        if (!list(node, key, 2, 3)) return;
+        for (Node& item : node.items)
+          if (!amount(item, key, node)) return;
+        return;
+      case Type::values: list(node, key, 1, 1000000); return;
       case Type::pair_list:
         if (!list(node, key, 1, 10000000)) return;
         for (Node& item : node.items) {
@@ -359,6 +384,13 @@ class Validator {
 };
 
 }  // namespace
+
+std::string fault_of(Node value, const Key& key) {
+  std::vector<Problem> problems;
+  value.label = key.path;
+  Validator(problems).one(value, key);
+  return problems.empty() ? std::string() : problems.front().rule;
+}
 
 void validate(Node& root, std::vector<Problem>& problems) {
   if (root.bad) return;

@@ -22,6 +22,8 @@ double largest(Dimension dimension);
 /// Checks every value of the tree against the key table: unknown keys, types, dimensions, ranges, choices, and keys that
 /// are always required. Reports all problems, and marks the nodes as bad.
 void validate(Node& root, std::vector<Problem>& problems);
+/// The rule of the key table that a value breaks; empty: none.
+std::string fault_of(Node value, const Key& key);
 
 class View {
  public:

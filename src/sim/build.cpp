@@ -37,7 +37,7 @@ bool natural_less(const std::string& a, const std::string& b) {
 
 }  // namespace
 
-Builder::Builder(scene::Scene scene, Report report) : world_(std::make_unique<World>()) {
+Builder::Builder(scene::Scene scene, Report report, Shared* shared) : world_(std::make_unique<World>()), shared_(shared) {
   world_->scene = std::move(scene);
   world_->report = report ? std::move(report) : [](const std::string&) {};
 }
@@ -47,6 +47,9 @@ std::unique_ptr<World> Builder::build() {
   if (s.impact)
     add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "impact", .value = {}, .rule = "only talus impact takes the block of [impact]; talus run and talus check leave it out",
                    .remedy = "start it by talus impact, or remove [impact]"}});
+  if (s.ensemble)
+    add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = "ensemble", .value = {}, .rule = "only talus ensemble draws from it; talus run and talus check take the scene's own values",
+                   .remedy = "start the members by talus ensemble"}});
   model_.gravity = s.simulation.gravity;
   add_terrain();
   for (const scene::Block& b : s.blocks) add_block(b);
@@ -191,7 +194,7 @@ void Builder::fill_header() {
     const scene::Material& m = s.materials[static_cast<std::size_t>(b.material)];
     h.blocks.push_back({b.name, b.mass, b.volume, b.fixed, false, *b.shape, m.young, m.young > 0 ? m.poisson : 0, -1});
   }
-  if (terrain_) h.terrain = terrain_->surface;
+  if (terrain_ && !shared_) h.terrain = terrain_->surface;
   h.planes = s.planes;
   for (std::size_t i = 0; i < s.structures.size(); ++i) {
     RunHeader::StructureInfo info;
@@ -203,7 +206,7 @@ void Builder::fill_header() {
     const coupling::StructurePart& part = world_->system->environment().structures[i];
     info.plan = part.structure->plan();
     if (part.stepped()) info.members = part.structure->members();
-    describe_section(s.structures[i], *part.structure, info);
+    if (!shared_) describe_section(s.structures[i], *part.structure, info);
     for (const scene::Block& b : s.blocks) {
       const ContactLaw::Kind kind = s.laws(b.material, s.structures[i].material).kind;
       info.cushion = info.cushion || kind == ContactLaw::Kind::crushing || kind == ContactLaw::Kind::table;
@@ -221,6 +224,6 @@ void Builder::fill_header() {
   for (const scene::Material& m : s.materials) h.materials.push_back(m.name);
 }
 
-std::unique_ptr<World> build(scene::Scene scene, Report report) { return Builder(std::move(scene), std::move(report)).build(); }
+std::unique_ptr<World> build(scene::Scene scene, Report report, Shared* shared) { return Builder(std::move(scene), std::move(report), shared).build(); }
 
 }  // namespace talus::sim

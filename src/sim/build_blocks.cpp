@@ -150,8 +150,13 @@ void Builder::add_block(const scene::Block& b) {
 }
 
 void Builder::add_copies(const scene::Block& b, const Polyhedron& body) {
+  if (b.release->at) {
+    const Vec3 c = place_above(*b.release, body, b.rotation, world_->scene, terrain_.get());
+    push(make_block(b.name, body, b.material, b.deformable), c, b.rotation, b.velocity, b.spin);
+    return;
+  }
   int serial = 0;
-  for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_ ? &*terrain_ : nullptr, occupied_))
+  for (const auto& [c, rotation] : release_places(*b.release, body, world_->scene, terrain_.get(), occupied_))
     push(make_block(fmt::format("{}-{}", b.name, ++serial), body, b.material, b.deformable), c, rotation, b.velocity, b.spin);
 }
 

@@ -11,8 +11,12 @@
 namespace talus::sim {
 
 void Builder::add_terrain() {
+  if (shared_ && shared_->ground()) {
+    terrain_ = shared_->ground();
+    return;
+  }
   try {
-    terrain_ = load_ground(world_->scene.site);
+    if (auto loaded = load_ground(world_->scene.site)) terrain_ = std::make_shared<const geometry::Terrain>(std::move(*loaded));
   } catch (const InputError& e) {
     add_problems(e.problems());
     return;
@@ -23,6 +27,18 @@ void Builder::add_terrain() {
     world_->notes.push_back(fmt::format("Terrain: {} of {} triangles are kept, within {:.3g} m of the given height everywhere.", terrain_->surface.triangles.size(),
                                         terrain_->triangles_read, terrain_->decimation_reached));
 }
+
+namespace {
+
+/// Where walls end below ground whose lowest point is `low`, for blocks of this radius: so that scenes with other blocks have the same walls, the
+/// radius is taken as 8 m, or a multiple of that by a power of 4.
+double wall_bottom(double low, double radius) {
+  double step = 8;
+  while (step < radius) step *= 4;
+  return low - 4 * step;
+}
+
+}  // namespace
 
 void Builder::index_terrain() {
   if (!terrain_) return;
@@ -38,11 +54,14 @@ void Builder::index_terrain() {
       const Eigen::Vector2d corner = plan.corner(static_cast<Eigen::AlignedBox2d::CornerType>(k));
       lowest = std::min(lowest, p.point.z() - p.normal.head<2>().dot(corner - p.point.head<2>()) / p.normal.z());
     }
+  const double ground_low = lowest;
   for (std::size_t i = 0; i < model_.blocks.size(); ++i) {
     radius = std::max(radius, model_.blocks[i].shape->radius);
     lowest = std::min(lowest, state_.blocks.c[i].z() - model_.blocks[i].shape->radius);
   }
-  env_.terrain = std::make_unique<contact::SurfaceIndex>(geometry::with_border_walls(terrain_->surface, world_->scene.planes, lowest - 4 * radius));
+  const double bottom = std::min(wall_bottom(ground_low, radius), lowest - 4 * radius);
+  env_.terrain = shared_ && shared_->ground() ? shared_->index(bottom, world_->scene.planes)
+                                              : std::make_shared<const contact::SurfaceIndex>(geometry::with_border_walls(terrain_->surface, world_->scene.planes, bottom));
 }
 
 /// A rock larger than any, or than the ground that it is to roll on, is one in millimetres or centimetres.

@@ -47,6 +47,11 @@ std::vector<Problem> unmerged_parts(const StructureSpec& spec) {
 }  // namespace
 
 void Builder::add_structures() {
+  if (shared_ && !shared_->structures.empty() && world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid) {
+    env_.structures = shared_->structures;
+    world_->displaced.resize(env_.structures.size());
+    return;
+  }
   for (StructureSpec spec : world_->scene.structures) {
     coupling::StructurePart part;
     part.material = spec.material;
@@ -77,6 +82,8 @@ void Builder::add_structures() {
       for (const Vec3& u : part.structure->snapshot().displacement) moved.push_back(u.norm());
     env_.structures.push_back(std::move(part));
   }
+  const bool whole = env_.structures.size() == world_->scene.structures.size();
+  if (shared_ && shared_->keeps_structures && whole && world_->scene.coupling.scheme == scene::Coupling::Scheme::rigid) shared_->structures = env_.structures;
 }
 
 void Builder::warn_of_unused_loads(const StructureSpec& spec) {

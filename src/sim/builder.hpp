@@ -14,13 +14,15 @@
 #include "geometry/terrain.hpp"
 #include "sim/ground.hpp"
 #include "sim/held_points.hpp"
+#include "sim/shared.hpp"
 #include "sim/world.hpp"
 
 namespace talus::sim {
 
 class Builder {
  public:
-  Builder(scene::Scene scene, Report report);
+  /// `shared`: what other worlds have in common with this one; null: nothing.
+  Builder(scene::Scene scene, Report report, Shared* shared);
   /// Throws InputError with every problem found. To be called once.
   std::unique_ptr<World> build();
 
@@ -82,7 +84,8 @@ class Builder {
   dda::Model model_;
   coupling::SystemState state_;
   coupling::Environment env_;
-  std::optional<geometry::Terrain> terrain_;
+  Shared* shared_ = nullptr;
+  std::shared_ptr<const geometry::Terrain> terrain_;
   std::set<std::string> names_;
   std::size_t single_blocks_ = 0;   // of the scene's [[block]]s; the rock mass comes after them
   Occupied occupied_;   // by blocks of release areas

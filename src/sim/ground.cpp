@@ -91,6 +91,16 @@ std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release,
   return places;
 }
 
+Vec3 place_above(const scene::Release& release, const Polyhedron& body, const Mat3& rotation, const scene::Scene& scene, const geometry::Terrain* terrain) {
+  const Eigen::Vector2d at = *release.at;
+  Box3 box;
+  for (const Vec3& v : body.vertices) box.extend(rotation * v);
+  const double z = highest_ground(terrain, scene.planes, {at + box.min().head<2>(), at + box.max().head<2>()});
+  if (!std::isfinite(z) || (terrain && terrain->over_hole(at.x(), at.y())))
+    throw InputError(Problem{.file = scene.file, .key = "release.at", .value = fmt::format("[{:g}, {:g}]", at.x(), at.y()), .rule = "there is no ground below", .remedy = "name a place over the terrain, in scene coordinates"});
+  return {at.x(), at.y(), z + release.height - box.min().z()};
+}
+
 double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, const Vec3& at) {
   double z = terrain ? contact::plumb_at(*terrain, at).floor : std::numeric_limits<double>::quiet_NaN();
   for (const Plane& p : planes)

@@ -22,6 +22,9 @@ using Occupied = std::vector<std::pair<Vec3, double>>;
 std::vector<std::pair<Vec3, Mat3>> release_places(const scene::Release& release, const Polyhedron& body, const scene::Scene& scene,
                                                   const geometry::Terrain* terrain, Occupied& occupied);
 
+/// Centroid of a body, turned by `rotation`, at the one place that a release names. Throws InputError if there is no ground below all of its plan.
+Vec3 place_above(const scene::Release& release, const Polyhedron& body, const Mat3& rotation, const scene::Scene& scene, const geometry::Terrain* terrain);
+
 /// Height of the ground at the place of a point, the upper one of terrain and planes [m]; NaN without any. The terrain counts up to the first underside
 /// of an overhang above the point: under an overhang the ground is the floor there, elsewhere the topmost face.
 double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, const Vec3& at);

@@ -93,6 +93,7 @@ class Telling {
   }
 
   void history(const Moment& moment) {
+    if (sink_.quiet()) return;
     const HistoryRow row = w_.row(moment);
     sink_.history(row);
     residual_ = w_.energy_peak > 0 ? row.ledger.residual / energy_scale(w_) : 0;
@@ -100,6 +101,7 @@ class Telling {
   }
 
   void field(const Moment& moment) {
+    if (sink_.quiet()) return;
     std::vector<Pose> poses;
     for (int i = 0; i < static_cast<int>(w_.system->model().blocks.size()); ++i) poses.push_back(w_.pose(i, moment));
     std::vector<Structure::Snapshot> snapshots;

@@ -29,6 +29,8 @@ Simulation::Simulation(scene::Scene scene, std::function<void(const std::string&
   for (const Problem& p : warnings()) world_->header.warnings.push_back(sentence(p));
 }
 
+Simulation::Simulation(scene::Scene scene, Shared& shared) : world_(build(std::move(scene), {}, &shared)) {}
+
 Simulation::~Simulation() = default;
 Simulation::Simulation(Simulation&&) noexcept = default;
 

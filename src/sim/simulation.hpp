@@ -28,6 +28,8 @@ struct Checkpoint {
 class Sink {
  public:
   virtual ~Sink() = default;
+  /// True if neither rows nor fields are wanted: they are not made.
+  virtual bool quiet() const { return false; }
   virtual void history(const HistoryRow&) {}
   virtual void contacts(std::span<const ContactRow>) {}
   virtual void field(double /*time*/, std::span<const Pose>, std::span<const Structure::Snapshot>) {}
@@ -47,12 +49,15 @@ struct RunResult {
   int exit_code = 0;
 };
 
-class World;   // world.hpp
+class World;    // world.hpp
+class Shared;   // shared.hpp
 
 class Simulation {
  public:
   /// Builds the world. Throws InputError with every problem found. `report` receives lines for the log.
   explicit Simulation(scene::Scene scene, std::function<void(const std::string&)> report = {});
+  /// One of many that have `shared` in common. Its header has neither plan nor warnings.
+  Simulation(scene::Scene scene, Shared& shared);
   ~Simulation();
   Simulation(Simulation&&) noexcept;
 

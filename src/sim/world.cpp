@@ -122,6 +122,7 @@ bool World::advance_paper(double end, std::span<const double> rows, const std::a
     const bool last = next > end - same;
     const double h = last ? std::min(dt, end - start) : dt;
     if (coupling::falls_into(rows, start, last ? end : next)) paper_before_ = paper_now();
+    const dda::State before = watch_paper ? system->state().blocks : dda::State{};
     const dda::Shi1988Report r = p.scheme.step(system->model(), system->state().blocks, p.history, env.planes, p.surfaces, env.laws, h);
     p.time = last ? end : next;
     p.steps += r.substeps;
@@ -140,6 +141,7 @@ bool World::advance_paper(double end, std::span<const double> rows, const std::a
       if (load.surface >= p.first_structure)
         forces.push_back({.time = load.time < h ? start + load.time : p.time, .dt = load.dt, .block = load.block, .structure = load.surface - p.first_structure, .point = load.point, .force = load.force,
                           .normal = load.normal, .area = load.area});
+    if (watch_paper) watch_paper(start, before);
     if (forces.empty()) continue;
     structures_to(start, {});
     structures_to(p.time, forces);

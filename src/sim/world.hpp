@@ -44,6 +44,8 @@ class World {
   std::vector<char> told_unsupported;                // per structure; empty: none
   std::vector<std::string> notes;                    // what was left out and why
   Report report;
+  /// Is told of every step of method dda-1988 with the time and the blocks before it; empty: nobody.
+  std::function<void(double from, const dda::State& before)> watch_paper;
   double energy_start = 0;                           // [J]
   double energy_peak = 0;                            // largest kinetic energy at the ends of stretches so far, the residual's scale [J]
   bool built_energy = false;
@@ -89,7 +91,10 @@ class World {
 /// it touches it (method talus). `known`: pairs that stand to each other as a run has left them.
 std::vector<Problem> initial_overlaps(World&, const coupling::KnownPairs& known = {});
 
-/// Decides what exists. Throws InputError with every problem found.
-std::unique_ptr<World> build(scene::Scene scene, Report report);
+class Shared;   // shared.hpp
+
+/// Decides what exists. Throws InputError with every problem found. `shared`: what this world has in common with others; its header then holds neither
+/// terrain nor sections.
+std::unique_ptr<World> build(scene::Scene scene, Report report, Shared* shared = nullptr);
 
 }  // namespace talus::sim

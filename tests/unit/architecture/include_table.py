@@ -22,7 +22,8 @@ ALLOWED = {
     "sim": ["core", "contact", "geometry", "dda", "coupling", "scene"],
     "io": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim"],
     "verify": ["core", "contact", "geometry", "dda", "fem", "coupling", "scene", "sim", "io"],
-    "app": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim", "io", "verify"],
+    "ensemble": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim", "io"],
+    "app": ["core", "contact", "geometry", "dda", "coupling", "scene", "sim", "io", "verify", "ensemble"],
 }
 
 # what stays in one folder: pattern of the included name, the folders that may, a name for the message

@@ -23,8 +23,8 @@ const Broken list[] = {
     {"title = \"Boulder against pier P2\"", "title = 5", "title", "must be a text, not a whole number"},
     {"title = \"Boulder against pier P2\"", "duration = 5", "duration", "\"duration\" belongs in [simulation]"},
     {"[output]", "[outputs]", "outputs", "did you mean \"output\"?"},
-    {"[output]", "[ensemble]\nmembers = 5\n[output]", "ensemble", "is planned, not yet there"},
-    {"[output]", "[[line]]\nname = \"net\"\n[output]", "line", "is planned, not yet there"},
+    {"[output]", "[ensemble]\nmember = 5\n[output]", "ensemble.member", "unknown key"},
+    {"[output]", "[[line]]\nname = \"net\"\n[output]", "line.net", "needs points or a file"},
     {"[output]", "[temperature]\n[output]", "temperature", "the keys here are schema, title"},
     // simulation
     {"accuracy = 1e-3", "step = 1e-10", "simulation.step", "must not be shorter than min_step, 1e-09 s"},

@@ -1,0 +1,20 @@
+/// The progress line of an ensemble, on a terminal; into a log a whole line twice a minute: members done, failed, time left.
+#pragma once
+#include <chrono>
+
+namespace talus::app {
+
+class EnsembleProgress {
+ public:
+  EnsembleProgress();
+  void show(long done, long asked, long failed);
+  void clear();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_ = false, shown_ = false;
+  Clock::time_point start_, last_;
+  long first_ = -1;
+};
+
+}  // namespace talus::app

@@ -1,0 +1,140 @@
+#include "ensemble/compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "io/files.hpp"
+#include "io/json_file.hpp"
+
+namespace talus::ensemble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// A figure of an option; `low` and `high` equal to the value where no interval is known.
+struct Figure {
+  double value = 0, low = 0, high = 0;
+};
+
+std::optional<Figure> figure_of(const Json& e) {
+  if (!e.is_object() || !e.contains("value") || !e["value"].is_number()) return {};
+  const double value = e["value"].get<double>();
+  const auto bound = [&](const char* key) { return e.contains(key) && e[key].is_number() ? e[key].get<double>() : value; };
+  return Figure{value, bound("low"), bound("high")};
+}
+
+Figure difference(const Figure& from, const Figure& to) {
+  const double d = to.value - from.value;
+  return {d, d - std::hypot(to.value - to.low, from.high - from.value), d + std::hypot(to.high - to.value, from.value - from.low)};
+}
+
+/// All figures of a directory by their names, in order.
+std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory) {
+  std::vector<std::pair<std::string, Figure>> all;
+  const auto add = [&](const std::string& name, const Json& e) {
+    if (const auto f = figure_of(e)) all.emplace_back(name, *f);
+  };
+  const Json summary = io::read_json(directory / "summary.json", "name the output directory of talus ensemble");
+  if (!summary.contains("lines")) throw io::bad_file(directory / "summary.json", "lines", "is missing", "name the output directory of talus ensemble");
+  for (const Json& line : summary["lines"]) {
+    const std::string name = line.value("name", "");
+    add(name + ": probability of crossing", line.value("probability", Json()));
+    for (const char* quantity : {"energy", "speed", "height"})
+      for (const char* p : {"p50", "p95", "p99"})
+        if (line.contains(quantity) && line[quantity].contains(p)) add(fmt::format("{}: {} {}", name, quantity, p), line[quantity][p]);
+  }
+  if (!fs::exists(directory / "fragility.json")) return all;
+  const Json fragility = io::read_json(directory / "fragility.json", "run talus fragility again");
+  const std::string structure = fragility.value("structure", "");
+  const auto plain = [&](const std::string& name, const Json& value) {
+    if (value.is_number()) all.emplace_back(name, Figure{value.get<double>(), value.get<double>(), value.get<double>()});
+  };
+  plain(structure + ": probability of a hit", fragility["events"].value("probability_of_hit", Json()));
+  plain(structure + ": mean of the peak forces", fragility["peak_force"].value("mean", Json()));
+  for (const Json& p : fragility.value("per_event", Json::array())) add(fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
+  for (const Json& p : fragility.value("per_year", Json::array())) add(fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
+  for (const Json& m : fragility.value("members", Json::array()))
+    for (const Json& p : m.value("per_event", Json::array())) add(fmt::format("{} {}: P(class >= {}) per event", structure, m.value("name", ""), p.value("class", 0)), p);
+  plain(structure + ": expected closure per event, days", fragility["expected_closure"].value("days_per_event", Json()));
+  return all;
+}
+
+Json json_of(const Figure& f) { return {{"value", f.value}, {"low", f.low}, {"high", f.high}}; }
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<') out += "&lt;";
+    else if (c == '>') out += "&gt;";
+    else if (c == '&') out += "&amp;";
+    else out += c;
+  }
+  return out;
+}
+
+std::string cell(const Figure& f) { return f.low == f.high ? fmt::format("{:.4g}", f.value) : fmt::format("{:.4g}<br><small>{:.3g} to {:.3g}</small>", f.value, f.low, f.high); }
+
+}  // namespace
+
+std::vector<std::string> write_comparison(const std::vector<fs::path>& directories, const fs::path& output) {
+  std::vector<std::string> names;
+  std::vector<std::map<std::string, Figure>> options;
+  std::vector<std::string> order;
+  for (const fs::path& directory : directories) {
+    const fs::path clean = directory.filename().empty() ? directory.parent_path() : directory;
+    names.push_back(clean.filename().string());
+    auto& option = options.emplace_back();
+    for (const auto& [name, figure] : figures_of(directory)) {
+      option[name] = figure;
+      if (std::find(order.begin(), order.end(), name) == order.end()) order.push_back(name);
+    }
+  }
+  Json root{{"options", Json::array()}, {"figures", Json::array()}};
+  for (std::size_t k = 0; k < names.size(); ++k) root["options"].push_back({{"name", names[k]}, {"directory", fs::absolute(directories[k]).string()}});
+  std::string head = "<th>figure</th>", body;
+  for (std::size_t k = 0; k < names.size(); ++k) head += fmt::format("<th>{}</th>", escaped(names[k])) + (k > 0 ? "<th>difference</th>" : "");
+  std::vector<std::string> lines;
+  for (const std::string& name : order) {
+    Json row{{"name", name}, {"options", Json::array()}, {"differences", Json::array()}};
+    body += "<tr><td>" + escaped(name) + "</td>";
+    const auto base = options.front().find(name);
+    for (std::size_t k = 0; k < options.size(); ++k) {
+      const auto found = options[k].find(name);
+      const bool there = found != options[k].end();
+      row["options"].push_back(there ? json_of(found->second) : Json(nullptr));
+      body += "<td>" + (there ? cell(found->second) : std::string("-")) + "</td>";
+      if (k == 0) continue;
+      if (!there || base == options.front().end()) {
+        row["differences"].push_back(nullptr);
+        body += "<td>-</td>";
+        continue;
+      }
+      const Figure d = difference(base->second, found->second);
+      row["differences"].push_back(json_of(d));
+      const bool sure = d.low > 0 || d.high < 0;
+      body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
+      if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
+        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k], names[0], d.value, d.low, d.high, sure ? "" : ", not told apart"));
+    }
+    body += "</tr>\n";
+    root["figures"].push_back(std::move(row));
+  }
+  fs::create_directories(output);
+  io::write_file(output / "compare.json", root.dump(2) + "\n");
+  io::write_file(output / "compare.html",
+                 "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Options side by side</title><style>body{font:15px/1.5 system-ui,sans-serif;margin:2em;color:#222}table{border-collapse:collapse}"
+                 "td,th{padding:.35em .9em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{color:#666}.sure{font-weight:600}</style></head><body>"
+                 "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
+                     head + "</tr></thead><tbody>" + body + "</tbody></table></body></html>\n");
+  return lines;
+}
+
+}  // namespace talus::ensemble

@@ -1,0 +1,38 @@
+/// From hits to damage: coupled runs of a few of an ensemble's hits, weighted to all of them.
+///
+/// A member of the ensemble that hits the structure is an event; its strongest hit stands for it. Events are clustered by the member of the structure that is
+/// struck and by energy (quarters); the runs are spread over the clusters in proportion to the root of their sizes, so that rare strong hits are seen. With N_h of N
+/// events of the ensemble's members in cluster h and x_h of n_h runs there at class k or more,
+///
+///   P(class >= k) = sum_h N_h / N p_h,   p_h = (x_h + 1/2) / (n_h + 1)     and 0 where no run of any cluster came to it
+///
+/// with the interval by its variance sum_h (N_h / N)^2 p_h (1 - p_h) / (n_h + 1). The run that narrows most is one more in the cluster whose term falls most.
+#pragma once
+#include <atomic>
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace talus::ensemble {
+
+struct FragilityRequest {
+  std::filesystem::path directory;   // of the ensemble
+  std::string structure;
+  int runs = 60;
+  double window = 0.5;               // of the strike and what follows [s]
+  int threads = 1;
+  std::function<void(int done, int asked)> progress;
+  const std::atomic<int>* stop = nullptr;
+};
+
+/// What is printed at the end, a line each.
+struct FragilityResult {
+  std::vector<std::string> lines;
+  int failed = 0, done = 0;
+};
+
+/// Writes fragility.json and fragility/RUN/. Goes on with the runs that are there already. Throws InputError.
+FragilityResult write_fragility(const FragilityRequest& request);
+
+}  // namespace talus::ensemble

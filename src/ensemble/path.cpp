@@ -1,0 +1,290 @@
+#include "ensemble/path.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "dda/kinematics.hpp"
+#include "sim/world.hpp"
+
+namespace talus::ensemble {
+namespace {
+
+constexpr double piece = 1e-3;        // longest part of a stretch with contact within which the path is one cubic [s]
+constexpr double apart = 0.1;         // a block that has not touched a structure for so long hits it anew [s]
+
+/// A block at an instant.
+struct Moment {
+  double time = 0;
+  Vec3 c = Vec3::Zero(), v = Vec3::Zero(), w = Vec3::Zero();
+  double translational = 0, rotational = 0;
+};
+
+Moment moment(const dda::Model& model, const dda::State& s, int block, double time) {
+  const auto k = static_cast<std::size_t>(block);
+  const dda::BlockEnergy e = dda::energy(model, s, block);
+  return {time, s.c[k], s.v[k], s.w[k], e.translational, e.rotational + e.straining};
+}
+
+/// Whether the way from a to b is that of a free fall.
+bool in_flight(const Moment& a, const Moment& b, const Vec3& g) {
+  const double h = b.time - a.time;
+  const Vec3 fall = a.c + h * a.v + 0.5 * h * h * g;
+  return (b.c - fall).norm() <= 1e-9 * (1 + (b.c - a.c).norm()) && (b.v - a.v - h * g).norm() <= 1e-9 * (1 + b.v.norm());
+}
+
+double cross(const Eigen::Vector2d& a, const Eigen::Vector2d& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+struct Segment {
+  int line = 0;
+  Eigen::Vector2d p, d;
+  bool last = false;   // its end belongs to it
+  double side(const Vec3& c) const { return cross(d, c.head<2>() - p); }
+  bool holds(const Vec3& c) const {
+    const double u = d.dot(c.head<2>() - p) / d.squaredNorm();
+    return u >= 0 && (last ? u <= 1 : u < 1);
+  }
+};
+
+/// Times in (a, b] at which the parabola through a changes sides, ascending.
+std::vector<double> parabola_times(const Moment& a, const Moment& b, const Segment& s, const Vec3& g) {
+  const double q = 0.5 * cross(s.d, g.head<2>()), l = cross(s.d, a.v.head<2>()), k = s.side(a.c), h = b.time - a.time;
+  std::vector<double> times;
+  const auto add = [&](double t) {
+    if (t > 0 && t <= h) times.push_back(t);
+  };
+  if (std::abs(q) * h * h <= 1e-15 * (std::abs(l) * h + std::abs(k))) {
+    if ((k >= 0) != (s.side(b.c) >= 0) && l != 0) times.push_back(std::clamp(-k / l, 0.0, h));
+    return times;
+  }
+  const double root = l * l - 4 * q * k;
+  if (root <= 0) return times;
+  const double z = -0.5 * (l + std::copysign(std::sqrt(root), l));
+  add(z / q);
+  if (z != 0) add(k / z);
+  std::sort(times.begin(), times.end());
+  return times;
+}
+
+/// Place on the cubic through a and b, at the part s of the way.
+Vec3 hermite(const Moment& a, const Moment& b, double s) {
+  const double h = b.time - a.time, t = 1 - s;
+  return t * t * (1 + 2 * s) * a.c + s * s * (1 + 2 * t) * b.c + h * s * t * (t * a.v - s * b.v);
+}
+
+}  // namespace
+
+class Path::Watcher {
+ public:
+  Watcher(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell, std::function<void()>& after)
+      : world_(simulation.world()), system_(*world_.system), ground_(std::move(ground)), origin_(origin), cell_(cell), after_(after) {
+    for (std::size_t l = 0; l < lines.size(); ++l)
+      for (const auto& part : lines[l].parts)
+        for (std::size_t k = 0; k + 1 < part.size(); ++k) segments_.push_back({static_cast<int>(l), part[k], part[k + 1] - part[k], k + 2 == part.size()});
+    const bool stepped = std::any_of(system_.environment().structures.begin(), system_.environment().structures.end(), [](const coupling::StructurePart& p) { return p.stepped(); });
+    made_again_ = !stepped && !world_.paper;
+    if (world_.paper)
+      world_.watch_paper = [this](double from, const dda::State& before) { see(from, before, world_.paper->time, nullptr); };
+    else
+      system_.watch([this](const coupling::SystemState& before) { see(before.time, before.blocks, system_.state().time, &before); });
+    largest_ = kinetic(system_.state().blocks);
+    const int n = system_.model().blocks.empty() ? 0 : static_cast<int>(system_.model().blocks.size());
+    for (int b = 0; b < n; ++b)
+      if (moves(b)) mark(moment(system_.model(), system_.state().blocks, b, 0));
+  }
+  ~Watcher() {
+    system_.watch({});
+    world_.watch_paper = {};
+  }
+
+  double largest_kinetic() const { return largest_; }
+
+  void finish(Member& m) {
+    std::stable_sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+    m.crossings = std::move(crossings_);
+    m.hits = std::move(hits_);
+    for (const auto& [at, largest] : cells_) m.passages.push_back({at.second, at.first, largest.first, largest.second});
+  }
+
+ private:
+  const dda::Model& model() const { return system_.model(); }
+  bool moves(int b) const { return model().blocks[static_cast<std::size_t>(b)].ndof() > 0; }
+
+  double kinetic(const dda::State& s) const {
+    double sum = 0;
+    for (int b = 0; b < s.size(); ++b) {
+      if (!moves(b)) continue;
+      const dda::BlockEnergy e = dda::energy(model(), s, b);
+      sum += e.translational + e.rotational + e.straining;
+    }
+    return sum;
+  }
+
+  void see(double from, const dda::State& before, double to, const coupling::SystemState* start) {
+    const dda::State& now = system_.state().blocks;
+    largest_ = std::max(largest_, kinetic(now));
+    for (int b = 0; b < before.size(); ++b) {
+      if (!moves(b)) continue;
+      const Moment p = moment(model(), before, b, from), q = moment(model(), now, b, to);
+      if (p.c == q.c && p.v == q.v) continue;
+      cross_lines(b, p, q, start);
+      mark_way(p, q);
+    }
+    see_hits(from, before, to, start);
+    if (after_) after_();
+  }
+
+  // Lines
+
+  bool may_meet(const Segment& s, const Moment& p, const Moment& q) const {
+    const double h = q.time - p.time, reach = (std::max(p.v.norm(), q.v.norm()) + model().gravity.norm() * h) * h;
+    const double u = std::clamp(s.d.dot(p.c.head<2>() - s.p) / s.d.squaredNorm(), 0.0, 1.0);
+    return (s.p + u * s.d - p.c.head<2>()).norm() <= 1.1 * reach + (q.c - p.c).norm();
+  }
+
+  void cross_lines(int b, const Moment& p, const Moment& q, const coupling::SystemState* start) {
+    std::vector<const Segment*> near;
+    for (const Segment& s : segments_)
+      if (may_meet(s, p, q)) near.push_back(&s);
+    if (near.empty()) return;
+    std::vector<Moment> way{p};
+    if (start && made_again_ && !in_flight(p, q, model().gravity)) {
+      const int n = static_cast<int>(std::ceil((q.time - p.time) / piece * (1 - 1e-9)));
+      std::vector<double> times;
+      for (int k = 1; k < n; ++k) times.push_back(p.time + (q.time - p.time) * k / n);
+      const std::vector<dda::State> states = system_.again(*start, times);
+      for (std::size_t k = 0; k < states.size(); ++k) way.push_back(moment(model(), states[k], b, times[k]));
+    }
+    way.push_back(q);
+    for (std::size_t k = 0; k + 1 < way.size(); ++k)
+      for (const Segment* s : near) cross_segment(b, way[k], way[k + 1], *s, start);
+  }
+
+  void cross_segment(int b, const Moment& p, const Moment& q, const Segment& s, const coupling::SystemState* start) {
+    if (in_flight(p, q, model().gravity)) {
+      for (const double t : parabola_times(p, q, s, model().gravity)) {
+        Moment at = p;
+        at.time += t;
+        at.c += t * p.v + 0.5 * t * t * model().gravity;
+        at.v += t * model().gravity;
+        if (!s.holds(at.c)) continue;
+        at.translational = 0.5 * model().blocks[static_cast<std::size_t>(b)].mass * at.v.squaredNorm();
+        at.rotational = p.rotational;   // no couple acts in flight
+        add(b, s, at);
+      }
+      return;
+    }
+    if ((s.side(p.c) >= 0) == (s.side(q.c) >= 0)) return;
+    double low = 0, high = 1;
+    const bool from = s.side(p.c) >= 0;
+    for (int k = 0; k < 60; ++k) {
+      const double middle = 0.5 * (low + high);
+      ((s.side(hermite(p, q, middle)) >= 0) == from ? low : high) = middle;
+    }
+    const double part = 0.5 * (low + high);
+    Moment at = between(p, q, part);
+    if (start && made_again_) {
+      const double time = at.time;
+      if (const std::vector<dda::State> states = system_.again(*start, {&time, 1}); !states.empty()) {
+        Moment exact = moment(model(), states.front(), b, time);
+        // The cubic is not quite the path: the rest of the way to the line at the speed there.
+        const double speed = cross(s.d, exact.v.head<2>()), rest = speed != 0 ? -s.side(exact.c) / speed : std::numeric_limits<double>::infinity();
+        if (std::abs(rest) <= q.time - p.time) {
+          exact.time += rest;
+          exact.c += rest * exact.v;
+          at = exact;
+        }
+      }
+    }
+    if (s.holds(at.c)) add(b, s, at);
+  }
+
+  static Moment between(const Moment& p, const Moment& q, double s) {
+    Moment at;
+    at.time = p.time + s * (q.time - p.time);
+    at.c = hermite(p, q, s);
+    at.v = p.v + s * (q.v - p.v);
+    at.w = p.w + s * (q.w - p.w);
+    at.translational = p.translational + s * (q.translational - p.translational);
+    at.rotational = p.rotational + s * (q.rotational - p.rotational);
+    return at;
+  }
+
+  void add(int b, const Segment& s, const Moment& at) {
+    crossings_.push_back({.line = s.line, .block = world_.listed(b), .time = at.time, .position = at.c, .velocity = at.v, .spin = at.w, .translational = at.translational, .rotational = at.rotational,
+                          .height = at.c.z() - ground_(at.c.x(), at.c.y())});
+  }
+
+  // Hits
+
+  void see_hits(double from, const dda::State& before, double to, const coupling::SystemState* start) {
+    for (const coupling::StructureContact& row : system_.structure_contacts()) {
+      if (row.time <= from || row.time > to || row.force.isZero(0)) continue;
+      auto [last, first] = touched_.try_emplace({row.block, row.structure}, -std::numeric_limits<double>::infinity());
+      const bool anew = row.time - row.dt - last->second > apart;
+      last->second = std::max(last->second, row.time);
+      if (!anew) continue;
+      Hit& hit = hits_.emplace_back();
+      hit.structure = row.structure;
+      hit.block = world_.listed(row.block);
+      hit.time = std::max(from, row.time - row.dt);
+      hit.point = row.point;
+      const auto k = static_cast<std::size_t>(row.block);
+      hit.mass = model().blocks[k].mass;
+      const dda::State* state = &before;
+      double at = from;
+      // Just before the blow: the rest of the way is flight or goes on as it is.
+      std::vector<dda::State> states;
+      if (const double wanted = from + (hit.time - from) * (1 - 1e-6); start && made_again_ && wanted > from) {
+        states = system_.again(*start, {&wanted, 1});
+        if (!states.empty()) state = &states.front(), at = wanted;
+      }
+      hit.centre = state->c[k];
+      hit.velocity = state->v[k] + (hit.time - at) * model().gravity;
+      hit.spin = state->w[k];
+      hit.orientation = {state->q[k].w(), state->q[k].x(), state->q[k].y(), state->q[k].z()};
+    }
+  }
+
+  // Maps
+
+  void mark(const Moment& m) {
+    if (!(cell_ > 0)) return;
+    const auto i = static_cast<std::int32_t>(std::floor((m.c.x() + origin_.x()) / cell_)), j = static_cast<std::int32_t>(std::floor((m.c.y() + origin_.y()) / cell_));
+    const double height = m.c.z() - ground_(m.c.x(), m.c.y());
+    if (!std::isfinite(height)) return;   // what has left the model falls beside the map
+    auto [at, first] = cells_.try_emplace({j, i}, 0.0f, std::numeric_limits<float>::lowest());
+    at->second.first = std::max(at->second.first, static_cast<float>(m.translational + m.rotational));
+    at->second.second = std::max(at->second.second, static_cast<float>(height));
+  }
+
+  /// Of points of the way no farther apart than half a cell.
+  void mark_way(const Moment& p, const Moment& q) {
+    if (!(cell_ > 0)) return;
+    const int n = std::max(1, static_cast<int>(std::ceil((q.c - p.c).head<2>().norm() / (0.5 * cell_))));
+    for (int k = 1; k <= n; ++k) mark(k == n ? q : between(p, q, static_cast<double>(k) / n));
+  }
+
+  sim::World& world_;
+  coupling::CoupledSystem& system_;
+  GroundHeight ground_;
+  Vec3 origin_;
+  double cell_;
+  std::function<void()>& after_;
+  std::vector<Segment> segments_;
+  bool made_again_ = false;   // stretches can be
+  double largest_ = 0;
+  std::vector<Crossing> crossings_;
+  std::vector<Hit> hits_;
+  std::map<std::pair<int, int>, double> touched_;   // block, structure: until when
+  std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;   // north, east
+};
+
+Path::Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell)
+    : watcher_(std::make_unique<Watcher>(simulation, lines, std::move(ground), origin, cell, after)) {}
+Path::~Path() = default;
+double Path::largest_kinetic() const { return watcher_->largest_kinetic(); }
+void Path::finish(Member& member) { watcher_->finish(member); }
+
+}  // namespace talus::ensemble

@@ -1,0 +1,46 @@
+/// What a member's blocks pass and strike on their way, from their states at the ends of the stretches of its run and, where that is not enough,
+/// from states within: no step of the run ends because of a line, and no output interval matters.
+///
+/// Within a stretch in free flight the path is the parabola through both states, and the time at a line follows in closed form. Else the stretch is
+/// made again in pieces of at most 1 ms; within a piece the path is the cubic through both states (Hermite), its place on the line is found by bisection,
+/// and the state there is computed by steps to that very time.
+#pragma once
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "ensemble/member.hpp"
+#include "sim/simulation.hpp"
+
+namespace talus::ensemble {
+
+/// A line as segments in plan.
+struct PlanLine {
+  std::string name;
+  std::vector<std::vector<Eigen::Vector2d>> parts;   // scene coordinates
+};
+
+/// Height of the ground; NaN where there is none.
+using GroundHeight = std::function<double(double x, double y)>;
+
+class Path {
+ public:
+  /// `origin`: map coordinates of the scene's origin. `cell` 0: no maps.
+  Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell);
+  ~Path();
+  Path(const Path&) = delete;
+  Path& operator=(const Path&) = delete;
+
+  double largest_kinetic() const;   // of all blocks together, at ends of stretches [J]
+  /// Crossings, hits and cells so far go into the member.
+  void finish(Member& member);
+  /// Called after each stretch.
+  std::function<void()> after;
+
+ private:
+  class Watcher;
+  std::unique_ptr<Watcher> watcher_;
+};
+
+}  // namespace talus::ensemble

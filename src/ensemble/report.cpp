@@ -1,0 +1,360 @@
+#include "ensemble/report.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "ensemble/brief.hpp"
+#include "geometry/raster.hpp"
+#include "io/files.hpp"
+#include "io/hdf5_file.hpp"
+#include "io/json_file.hpp"
+
+namespace talus::ensemble {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using Colour = std::array<double, 3>;
+
+constexpr int picture_side = 420;       // cells of the picture of the ground, along the longer side
+constexpr std::size_t most_points = 3000;   // end points drawn
+
+std::string escaped(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (c == '<') out += "&lt;";
+    else if (c == '>') out += "&gt;";
+    else if (c == '&') out += "&amp;";
+    else if (c == '"') out += "&quot;";
+    else out += c;
+  }
+  return out;
+}
+
+std::string base64(const std::string& bytes) {
+  constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    std::uint32_t v = 0;
+    for (std::size_t k = 0; k < 3; ++k) v = (v << 8) | (i + k < bytes.size() ? static_cast<unsigned char>(bytes[i + k]) : 0u);
+    for (std::size_t k = 0; k < 4; ++k) out += i + k > bytes.size() ? '=' : letters[(v >> (18 - 6 * k)) & 63];
+  }
+  return out;
+}
+
+/// A picture of 24 bits a point, south row first, as a file.
+std::string bitmap(int columns, int rows, const std::vector<Colour>& points) {
+  const int line = (3 * columns + 3) / 4 * 4;
+  std::string file = "BM";
+  const auto put = [&](std::uint32_t value, int bytes) {
+    for (int k = 0; k < bytes; ++k) file += static_cast<char>((value >> (8 * k)) & 255);
+  };
+  put(static_cast<std::uint32_t>(54 + line * rows), 4), put(0, 4), put(54, 4);
+  put(40, 4), put(static_cast<std::uint32_t>(columns), 4), put(static_cast<std::uint32_t>(rows), 4), put(1, 2), put(24, 2), put(0, 4), put(static_cast<std::uint32_t>(line * rows), 4), put(2835, 4), put(2835, 4), put(0, 4), put(0, 4);
+  for (int i = 0; i < rows; ++i) {
+    for (int j = 0; j < columns; ++j) {
+      const Colour& c = points[static_cast<std::size_t>(i * columns + j)];
+      for (const int k : {2, 1, 0}) file += static_cast<char>(static_cast<unsigned char>(std::clamp(c[static_cast<std::size_t>(k)], 0.0, 255.0)));
+    }
+    for (int k = 3 * columns; k < line; ++k) file += '\0';
+  }
+  return file;
+}
+
+/// Of a part from 0 to 1: yellow over orange to a dark red.
+Colour heat(double s) {
+  constexpr std::array<Colour, 4> stops{Colour{255, 243, 178}, Colour{253, 174, 77}, Colour{227, 74, 51}, Colour{127, 0, 31}};
+  const double at = std::clamp(s, 0.0, 1.0) * 3;
+  const auto k = std::min<std::size_t>(2, static_cast<std::size_t>(at));
+  Colour c{};
+  for (std::size_t q = 0; q < 3; ++q) c[q] = stops[k][q] + (at - static_cast<double>(k)) * (stops[k + 1][q] - stops[k][q]);
+  return c;
+}
+
+std::string number(const Json& x, double scale = 1) {
+  if (!x.is_number()) return "–";
+  const double value = scale * x.get<double>();
+  return std::abs(value) >= 1000 && std::abs(value) < 1e7 ? fmt::format("{:.0f}", value) : fmt::format("{:.3g}", value);
+}
+
+std::string estimate(const Json& e, double scale = 1) { return number(e.value("value", Json()), scale) + "<br><small>" + number(e.value("low", Json()), scale) + " to " + number(e.value("high", Json()), scale) + "</small>"; }
+
+/// 1, 2 or 5 times a power of ten, at least a fifth of the range.
+double tick_of(double range) {
+  const double raw = range / 5, power = std::pow(10.0, std::floor(std::log10(raw)));
+  return (raw <= power ? 1 : raw <= 2 * power ? 2 : raw <= 5 * power ? 5 : 10) * power;
+}
+
+/// A diagram of curves over a common axis.
+class Chart {
+ public:
+  Chart(std::string x_label, std::string y_label, double x0, double x1, double y0, double y1) : x_label_(std::move(x_label)), y_label_(std::move(y_label)), x0_(x0), x1_(x1 > x0 ? x1 : x0 + 1), y0_(y0), y1_(y1) {}
+  void curve(const std::vector<std::pair<double, double>>& points, const std::string& colour) {
+    std::string path;
+    for (const auto& [x, y] : points) path += fmt::format("{}{:.1f},{:.1f}", path.empty() ? "" : " ", at_x(x), at_y(y));
+    body_ += fmt::format("<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"/>", path, colour);
+  }
+  void band(const std::vector<std::pair<double, double>>& low, const std::vector<std::pair<double, double>>& high, const std::string& colour) {
+    std::string path;
+    for (const auto& [x, y] : low) path += fmt::format("{:.1f},{:.1f} ", at_x(x), at_y(y));
+    for (auto p = high.rbegin(); p != high.rend(); ++p) path += fmt::format("{:.1f},{:.1f} ", at_x(p->first), at_y(p->second));
+    body_ += fmt::format("<polygon points=\"{}\" fill=\"{}\" opacity=\"0.15\"/>", path, colour);
+  }
+  void mark(double x, const std::string& text) {
+    body_ += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" stroke=\"#888\" stroke-dasharray=\"4 3\"/><text x=\"{3:.1f}\" y=\"{4}\" class=\"t\">{5}</text>", at_x(x), top, bottom, at_x(x) + 3, top + 10, text);
+  }
+  std::string svg() const {
+    std::string axes;
+    const double dx = tick_of(x1_ - x0_), dy = tick_of(y1_ - y0_);
+    for (double x = std::ceil(x0_ / dx) * dx; x <= x1_ * (1 + 1e-9); x += dx)
+      axes += fmt::format("<line x1=\"{0:.1f}\" x2=\"{0:.1f}\" y1=\"{1}\" y2=\"{2}\" class=\"g\"/><text x=\"{0:.1f}\" y=\"{3}\" class=\"t\" text-anchor=\"middle\">{4:g}</text>", at_x(x), top, bottom, bottom + 15, x);
+    for (double y = std::ceil(y0_ / dy) * dy; y <= y1_ * (1 + 1e-9); y += dy)
+      axes += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" class=\"g\"/><text x=\"{3}\" y=\"{4:.1f}\" class=\"t\" text-anchor=\"end\">{5:g}</text>", left, right, at_y(y), left - 6, at_y(y) + 4, y);
+    return fmt::format("<svg viewBox=\"0 0 480 280\" class=\"chart\" role=\"img\" aria-label=\"{0} over {1}\">{2}{3}<text x=\"{4}\" y=\"274\" class=\"l\" text-anchor=\"middle\">{1}</text><text x=\"14\" y=\"{5}\" class=\"l\" text-anchor=\"middle\" transform=\"rotate(-90 14 {5})\">{0}</text></svg>",
+                       escaped(y_label_), escaped(x_label_), axes, body_, (left + right) / 2, (top + bottom) / 2);
+  }
+
+ private:
+  static constexpr int left = 62, right = 468, top = 12, bottom = 236;
+  double at_x(double x) const { return left + (x - x0_) / (x1_ - x0_) * (right - left); }
+  double at_y(double y) const { return bottom - (y - y0_) / (y1_ - y0_) * (bottom - top); }
+  std::string x_label_, y_label_, body_;
+  double x0_, x1_, y0_, y1_;
+};
+
+class Page {
+ public:
+  Page(const Ensemble& ensemble, const fs::path& directory)
+      : ensemble_(ensemble), directory_(directory), file_(io::Hdf5File::open(directory / "ensemble.h5")), summary_(io::read_json(directory / "summary.json", "run talus ensemble again")),
+        details_(io::read_json(directory / "details.json", "run talus ensemble again")) {}
+
+  std::string text() {
+    std::string body = head();
+    body += map();
+    for (std::size_t l = 0; l < summary_["lines"].size(); ++l) body += line(l);
+    for (const std::string& s : ensemble_.structures()) body += hits(s);
+    body += fragility();
+    body += notes();
+    return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Ensemble</title><style>"
+           "body{font:15px/1.55 system-ui,sans-serif;color:#1d2733;max-width:1080px;margin:0 auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid #d9dee4}"
+           ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid #d9dee4;border-radius:6px;padding:.5em 1em;min-width:7em}.card b{display:block;font-size:1.35em}"
+           "table{border-collapse:collapse;margin:.8em 0}td,th{padding:.3em .8em;border-bottom:1px solid #e4e8ec;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}"
+           "small{color:#5b6672}.row{display:flex;flex-wrap:wrap;gap:1em}.chart{width:min(480px,100%);height:auto}.g{stroke:#e4e8ec}.t{font-size:11px;fill:#5b6672}.l{font-size:12px;fill:#1d2733}.map{width:100%;height:auto;border:1px solid #d9dee4}"
+           ".key span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}</style></head><body>" +
+           body + "</body></html>\n";
+  }
+
+ private:
+  static std::string card(const std::string& name, const std::string& value) { return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>"; }
+
+  std::string head() const {
+    const Json& m = summary_["members"];
+    std::string text = "<h1>" + escaped(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">";
+    for (const auto& [key, name] : {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"}, std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
+      text += card(name, fmt::format("{}", m.value(key, 0L)));
+    for (const Json& l : summary_["lines"]) text += card("cross " + escaped(l.value("name", "")), l["probability"]["value"].is_number() ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>()) : "–");
+    return text + "</div>";
+  }
+
+  /// Ground in relief, coloured by the share of members that reach it, with lines and end points.
+  std::string map() {
+    if (!fs::exists(directory_ / "maps" / "reach.tif")) return "";
+    const geometry::Raster reach = geometry::read_raster((directory_ / "maps" / "reach.tif").string());
+    const Vec3& origin = ensemble_.origin();
+    const double cell = reach.transform[1], margin = 0.08 * cell * std::max(reach.columns, reach.rows);
+    const double west = reach.transform[0] - origin.x() - margin, north = reach.transform[3] - origin.y() + margin, width = reach.columns * cell + 2 * margin, height = reach.rows * cell + 2 * margin;
+    const double step = std::max(width, height) / picture_side;
+    const int columns = std::max(2, static_cast<int>(width / step)), rows = std::max(2, static_cast<int>(height / step));
+    double most = 0;
+    for (const double r : reach.values)
+      if (std::isfinite(r)) most = std::max(most, r);
+    std::vector<Colour> points;
+    for (int i = 0; i < rows; ++i)
+      for (int j = 0; j < columns; ++j) {
+        const double x = west + (j + 0.5) * step, y = north - height + (i + 0.5) * step;
+        const double z = ensemble_.height(x, y), zx = ensemble_.height(x + step, y), zy = ensemble_.height(x, y + step);
+        Colour c{250, 250, 250};
+        if (std::isfinite(z)) {
+          const Vec3 n = Vec3(-(std::isfinite(zx) ? zx - z : 0) / step, -(std::isfinite(zy) ? zy - z : 0) / step, 1).normalized();
+          const double light = 150 + 95 * std::clamp(n.dot(Vec3(-1, 1, 1.4).normalized()), 0.0, 1.0);
+          c = {light, light, light};
+        }
+        const int u = static_cast<int>(std::floor((x + origin.x() - reach.transform[0]) / cell)), v = static_cast<int>(std::floor((reach.transform[3] - y - origin.y()) / cell));
+        if (u >= 0 && v >= 0 && u < reach.columns && v < reach.rows)
+          if (const double r = reach.values[static_cast<std::size_t>(v) * static_cast<std::size_t>(reach.columns) + static_cast<std::size_t>(u)]; std::isfinite(r)) {
+            const Colour h = heat(std::sqrt(r / most));
+            for (std::size_t k = 0; k < 3; ++k) c[k] = c[k] / 255 * h[k];
+          }
+        points.push_back(c);
+      }
+    const auto px = [&](double x) { return (x - west) / width * 1000; };
+    const auto py = [&](double y) { return (north - y) / width * 1000; };
+    std::string drawn;
+    const auto ends = file_.read<double>("/members/end_position");
+    const std::size_t count = ends.values.size() / 3, every = std::max<std::size_t>(1, count / most_points);
+    for (std::size_t k = 0; k < count; k += every)
+      if (const double x = ends.values[3 * k], y = ends.values[3 * k + 1]; std::isfinite(x) && x > west && x < west + width && y < north && y > north - height)
+        drawn += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"2.4\"/>", px(x), py(y));
+    std::string lines;
+    for (const PlanLine& l : ensemble_.lines())
+      for (const auto& part : l.parts) {
+        std::string path;
+        for (const auto& p : part) path += fmt::format("{:.1f},{:.1f} ", px(p.x()), py(p.y()));
+        const auto& middle = part[part.size() / 2];
+        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"20\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, escaped(l.name));
+      }
+    const double tall = height / width * 1000, bar = tick_of(width);
+    return fmt::format("<h2>Reach</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" aria-label=\"map\"><image href=\"data:image/bmp;base64,{1}\" width=\"1000\" height=\"{0:.0f}\" preserveAspectRatio=\"none\"/>"
+                       "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g><line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"20\">{7:g} m</text></svg>"
+                       "<p class=\"key\">Share of members through a cell of {8:g} m: <span style=\"background:#fff3b2\"></span>few <span style=\"background:#7f001f\"></span>{9:.3g} %. Dots: end points. North is up.{10}</p>",
+                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, 100 * most, ensemble_.crs().empty() ? "" : " " + escaped(ensemble_.crs().substr(0, 40)) + ".");
+  }
+
+  /// Share of members that exceed a value, over the value.
+  std::string exceedance(const std::string& label, std::vector<double> values, double members, const Json& percentiles, double scale) const {
+    std::sort(values.begin(), values.end());
+    std::vector<std::pair<double, double>> curve;
+    const double n = static_cast<double>(values.size());
+    const std::size_t every = std::max<std::size_t>(1, values.size() / 400);
+    for (std::size_t k = 0; k < values.size(); k += every) curve.emplace_back(values[k] * scale, (n - static_cast<double>(k)) / members);
+    curve.emplace_back(values.back() * scale, 1 / members);
+    Chart chart(label, "share of members above", 0, values.back() * scale * 1.05, 0, std::max(1e-6, n / members) * 1.05);
+    chart.curve(curve, "#0b5fa5");
+    for (const char* p : {"p50", "p95"})
+      if (percentiles[p]["value"].is_number()) chart.mark(percentiles[p]["value"].get<double>() * scale, p);
+    return chart.svg();
+  }
+
+  std::string line(std::size_t l) {
+    const Json& s = summary_["lines"][l];
+    const std::string name = s.value("name", "");
+    std::string text = "<h2>" + escaped(name) + "</h2><p>" + fmt::format("{} crossings. ", s.value("crossings", 0L)) + "A member crosses with probability " + number(s["probability"]["value"]) + " (" + number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
+    if (s.value("crossings", 0L) == 0) return text;
+    text += "<table><tr><th></th><th>p50</th><th>p90</th><th>p95</th><th>p99</th></tr>";
+    const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3}, std::pair{"speed, m/s", 1.0}, std::pair{"height of the centroid, m", 1.0}};
+    for (std::size_t q = 0; q < quantities.size(); ++q) {
+      text += fmt::format("<tr><td>{}</td>", units[q].first);
+      for (const char* p : {"p50", "p90", "p95", "p99"}) text += "<td>" + estimate(s[quantities[q]][p], units[q].second) + "</td>";
+      text += "</tr>";
+    }
+    text += "</table>";
+    const std::string at = "/lines/" + name + "/";
+    const auto member = file_.read<std::int64_t>(at + "member").values;
+    const auto translational = file_.read<double>(at + "kinetic_translational").values, rotational = file_.read<double>(at + "kinetic_rotational").values, height = file_.read<double>(at + "height").values;
+    std::map<std::int64_t, std::pair<double, double>> largest;
+    for (std::size_t k = 0; k < member.size(); ++k) {
+      auto [m, first] = largest.try_emplace(member[k], 0.0, -std::numeric_limits<double>::infinity());
+      m->second.first = std::max(m->second.first, translational[k] + rotational[k]);
+      if (std::isfinite(height[k])) m->second.second = std::max(m->second.second, height[k]);
+    }
+    std::vector<double> energies, heights;
+    for (const auto& [m, v] : largest) {
+      energies.push_back(v.first);
+      if (std::isfinite(v.second)) heights.push_back(v.second);
+    }
+    const double members = static_cast<double>(file_.dims("/members/index")[0]);
+    text += "<div class=\"row\">" + exceedance("kinetic energy, kJ", energies, members, s["energy"], 1e-3);
+    if (!heights.empty()) text += exceedance("height of the centroid, m", heights, members, s["height"], 1);
+    text += "</div>";
+    for (const Json& b : details_.value("barriers", Json::array())) {
+      if (b.value("line", "") != name) continue;
+      text += "<h3>Barrier</h3><table><tr><th>rule</th><th>energy, kJ</th><th>height, m</th><th>factors</th></tr>";
+      for (const Json& v : b["values"]) {
+        std::string factors;
+        for (const auto& [key, value] : v["factors"].items()) factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
+        text += "<tr><td>" + escaped(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" + number(v["height"]) + "</td><td>" + escaped(factors) + "</td></tr>";
+      }
+      text += "</table><p><small>" + escaped(b.value("note", "")) + "</small></p>";
+    }
+    return text;
+  }
+
+  std::string hits(const std::string& structure) const {
+    const std::string at = "/hits/" + structure + "/";
+    const auto member = file_.read<std::int64_t>(at + "member").values;
+    std::string text = "<h2>Hits on " + escaped(structure) + "</h2>";
+    if (member.empty()) return text + "<p>None.</p>";
+    const auto time = file_.read<double>(at + "time").values, mass = file_.read<double>(at + "mass").values, velocity = file_.read<double>(at + "velocity").values, point = file_.read<double>(at + "point").values;
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t k = 0; k < member.size(); ++k) order.emplace_back(-0.5 * mass[k] * Vec3(velocity[3 * k], velocity[3 * k + 1], velocity[3 * k + 2]).squaredNorm(), k);
+    std::sort(order.begin(), order.end());
+    std::vector<std::int64_t> distinct = member;
+    std::sort(distinct.begin(), distinct.end());
+    distinct.erase(std::unique(distinct.begin(), distinct.end()), distinct.end());
+    text += fmt::format("<p>{} hits by {} of {} members. The strongest:</p><table><tr><th>member</th><th>time, s</th><th>mass, t</th><th>speed, m/s</th><th>energy, kJ</th><th>at, m</th></tr>", member.size(), distinct.size(), file_.dims("/members/index")[0]);
+    for (std::size_t q = 0; q < std::min<std::size_t>(12, order.size()); ++q) {
+      const std::size_t k = order[q].second;
+      text += fmt::format("<tr><td>{}</td><td>{:.2f}</td><td>{:.3g}</td><td>{:.3g}</td><td>{:.0f}</td><td>{:.1f}, {:.1f}, {:.1f}</td></tr>", member[k], time[k], mass[k] / 1e3, std::sqrt(-2 * order[q].first / mass[k]), -order[q].first / 1e3, point[3 * k], point[3 * k + 1], point[3 * k + 2]);
+    }
+    return text + "</table>";
+  }
+
+  std::string fragility() const {
+    if (!fs::exists(directory_ / "fragility.json")) return "";
+    const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
+    std::string text = "<h2>Damage of " + escaped(f.value("structure", "")) + "</h2><p>" + fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + "</p><table><tr><th>class of the worst member</th><th>P per event</th>" + (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
+    constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
+    for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
+      text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)], estimate(f["per_event"][k]));
+      if (f.contains("per_year") && k < f["per_year"].size()) text += "<td>" + estimate(f["per_year"][k]) + "</td>";
+      text += "</tr>";
+    }
+    text += "</table><div class=\"row\">";
+    constexpr std::array colours{"#f2b134", "#ee7b30", "#c8323c", "#5a1846"};
+    for (const Json& m : f.value("members", Json::array())) {
+      double low = std::numeric_limits<double>::infinity(), high = 0;
+      for (const Json& c : m["curves"])
+        if (c.value("fitted", false) && c.value("reached", 0) > 0) low = std::min(low, c["energy"].front().get<double>()), high = std::max(high, c["energy"].back().get<double>());
+      if (!(high > 0)) continue;
+      Chart chart("energy of the hit, kJ", "P(class or worse), " + m.value("name", ""), low / 1e3, high / 1e3, 0, 1);
+      for (const Json& c : m["curves"]) {
+        if (!c.value("fitted", false) || c.value("reached", 0) == 0) continue;
+        const auto k = static_cast<std::size_t>(c.value("class", 1) - 1);
+        std::vector<std::pair<double, double>> value, lower, upper;
+        for (std::size_t q = 0; q < c["energy"].size(); ++q) {
+          const double e = c["energy"][q].get<double>() / 1e3;
+          value.emplace_back(e, c["probability"][q].get<double>()), lower.emplace_back(e, c["low"][q].get<double>()), upper.emplace_back(e, c["high"][q].get<double>());
+        }
+        chart.band(lower, upper, colours[std::min<std::size_t>(3, k)]);
+        chart.curve(value, colours[std::min<std::size_t>(3, k)]);
+      }
+      text += chart.svg();
+    }
+    text += "</div>";
+    if (f.contains("next_run") && f["next_run"].is_object()) text += "<p>One more run narrows most: " + escaped(f["next_run"].value("text", "")) + ".</p>";
+    return text;
+  }
+
+  std::string notes() const {
+    std::string text = "<h2>How well this is known</h2><ul>";
+    for (const char* key : {"intervals", "percentiles", "probability", "limits"}) text += fmt::format("<li>{}: {}</li>", key, escaped(details_.value(key, "")));
+    for (const Json& w : details_.value("warnings", Json::array())) text += "<li>" + escaped(w.get<std::string>()) + "</li>";
+    return text + "</ul>";
+  }
+
+  const Ensemble& ensemble_;
+  fs::path directory_;
+  io::Hdf5File file_;
+  Json summary_, details_;
+};
+
+}  // namespace
+
+fs::path write_report(const Ensemble& ensemble, const fs::path& directory) {
+  const fs::path page = directory / "report.html";
+  try {
+    io::write_file(page, Page(ensemble, directory).text(), false);
+  } catch (const nlohmann::json::exception& error) {
+    throw io::bad_json(directory / "summary.json", error, "run talus ensemble again");
+  }
+  return page;
+}
+
+}  // namespace talus::ensemble

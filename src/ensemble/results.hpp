@@ -1,0 +1,27 @@
+/// Results of an ensemble: ensemble.h5, summary.json, details.json, and the scenes of members that went wrong.
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "ensemble/ensemble.hpp"
+
+namespace talus::ensemble {
+
+struct LineSummary {
+  std::string name;
+  long crossings = 0;
+  Estimate probability;
+  std::array<std::array<Estimate, 4>, 3> percentiles;   // of energy, speed, height: p50, p90, p95, p99
+};
+
+struct Summary {
+  long asked = 0, done = 0, failed = 0, over_limit = 0, suspect = 0;
+  double cpu = 0;   // [s]
+  std::vector<LineSummary> lines;
+};
+
+/// Of the first `members` members in the directory's journals.
+Summary write_results(Ensemble& ensemble, const std::filesystem::path& directory, long members);
+
+}  // namespace talus::ensemble

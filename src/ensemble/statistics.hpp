@@ -1,0 +1,46 @@
+/// Percentiles and probabilities of an ensemble, with 95 % intervals.
+///
+///   percentile p of x_1 <= ... <= x_n    x_k + f (x_(k+1) - x_k),  k + f = 1 + (n - 1) p / 100    [Hyndman & Fan 1996, type 7]
+///   its interval                         2.5 % to 97.5 % of the same of 2000 resamples of all members, those that cross no line included
+///                                        (bootstrap) [Efron & Tibshirani 1993]; with design sobol of its 16 replicates
+///   interval of a probability            Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the bootstrap over replicates, where they differ
+#pragma once
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace talus::ensemble {
+
+struct Estimate {
+  double value = 0, low = 0, high = 0;   // NaN where there is none
+};
+
+/// Of sorted values; NaN of none.
+double percentile(std::span<const double> sorted, double percent);
+
+/// Wilson's score interval of k of n.
+Estimate wilson(long k, long n);
+
+/// What a member gives: its largest value, or nothing if it does not cross.
+struct Sample {
+  std::int64_t index = 0;
+  bool crosses = false;
+  double value = 0;
+};
+
+class Bootstrap {
+ public:
+  /// `members` by index; `replicated`: 16 replicates, that of a member by its index. The same for the same seed.
+  Bootstrap(std::span<const Sample> members, std::uint32_t seed, bool replicated);
+  /// Percentiles of the values of the members that cross.
+  std::vector<Estimate> percentiles(std::span<const double> percents) const;
+  /// Of crossing.
+  Estimate probability() const;
+
+ private:
+  std::vector<Sample> members_;
+  std::uint32_t seed_;
+  bool replicated_;
+};
+
+}  // namespace talus::ensemble

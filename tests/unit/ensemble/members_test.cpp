@@ -1,0 +1,329 @@
+// Ensembles of small scenes: a block that slides down a plane against what is known of it, the same bits by any way of running, mistakes.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <set>
+
+#include <unistd.h>
+
+#include "core/error.hpp"
+#include "ensemble/ensemble.hpp"
+#include "ensemble/results.hpp"
+#include "ensemble/store.hpp"
+#include "io/hdf5_file.hpp"
+#include "sim/world.hpp"
+
+namespace talus::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Place {
+ public:
+  Place() {
+    std::string name = (fs::temp_directory_path() / "talus-ensemble-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+  }
+  ~Place() { fs::remove_all(path_); }
+  fs::path put(const std::string& name, const std::string& text) const {
+    std::ofstream(path_ / name) << text;
+    return path_ / name;
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+/// A box that slides down a plane of 40 degrees along -y, from rest at y = 0, with friction to be drawn. The line lies at y = -2 in plan.
+const std::string slide = R"(schema = 1
+[simulation]
+duration = "1.6 s"
+[[plane]]
+normal = [0.0, -0.6427876096865393, 0.766044443118978]
+material = "ground"
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "ground"
+[[interface]]
+between = ["rock", "ground"]
+friction = 0.3
+restitution = 0.0
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1.0, 1.0, 0.4]
+position = [0.0, -0.12855752193730787, 0.15320888862379562]
+orientation = { rotation_vector = ["0 deg", "0 deg", "0 deg"] }
+[[line]]
+name = "road"
+points = [[-5.0, -2.0], [5.0, -2.0]]
+[ensemble]
+members = 24
+seed = 3
+map_cell = "0.5 m"
+[[ensemble.vary]]
+key = "interface.rock/ground.friction"
+uniform = [0.1, 0.5]
+[output]
+history_interval = "20 ms"
+report = false
+)";
+
+/// The scene with the plane's tilt as the block's.
+std::string tilted() {
+  std::string text = slide;
+  const std::string from = "rotation_vector = [\"0 deg\", \"0 deg\", \"0 deg\"]";
+  text.replace(text.find(from), from.size(), "rotation_vector = [\"40 deg\", \"0 deg\", \"0 deg\"]");
+  return text;
+}
+
+std::string changed(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string message(const fs::path& scene) {
+  try {
+    const Ensemble ensemble(scene.string(), {});
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return {};
+}
+
+long run(Ensemble& ensemble, const fs::path& directory, int threads, int rank = 0, int ranks = 1) {
+  Run r;
+  r.directory = directory;
+  r.threads = threads;
+  r.rank = rank;
+  r.ranks = ranks;
+  r.meet = [] {};
+  fs::create_directories(directory);
+  return run_members(ensemble, r);
+}
+
+// m v^2 / 2 = m g s (sin a - mu cos a) with s cos a the way in plan: exact for a block that slides without turning.
+TEST(Members, EnergyAtALineOfASlidingBlock) {
+  const Place place;
+  Ensemble ensemble(place.put("scene.toml", tilted()).string(), {});
+  ASSERT_EQ(run(ensemble, place.path() / "out", 2), 24);
+  const double a = 40 * M_PI / 180, start = -0.12855752193730787, way = (2.0 + start) / std::cos(a), mass = 2600 * 0.4, g = 9.81;
+  std::vector<double> energies;
+  long crossings = 0;
+  each_member(place.path() / "out", ensemble.identity(), [&](Member&& m) {
+    const double mu = ensemble.design().draw(m.index).numbers[0][0];
+    EXPECT_GE(mu, 0.1);
+    EXPECT_LE(mu, 0.5);
+    ASSERT_EQ(m.crossings.size(), 1u) << "member " << m.index << " mu " << mu;
+    const Crossing& c = m.crossings.front();
+    const double acceleration = g * (std::sin(a) - mu * std::cos(a));
+    EXPECT_NEAR(c.energy() / (mass * acceleration * way), 1, 2e-3);       // the accuracy of the run is 1e-3 of the block's size
+    EXPECT_NEAR(c.time, std::sqrt(2 * way / acceleration), 2e-3);
+    EXPECT_NEAR(c.position.y(), -2, 1e-9);
+    EXPECT_NEAR(c.height, 0.2 / std::cos(a), 2e-3);
+    energies.push_back(mass * acceleration * way);
+    ++crossings;
+  });
+  EXPECT_EQ(crossings, 24);
+  const Summary summary = write_results(ensemble, place.path() / "out", 24);
+  std::sort(energies.begin(), energies.end());
+  const Estimate& p95 = summary.lines.at(0).percentiles[0][2];
+  EXPECT_NEAR(p95.value / percentile(energies, 95), 1, 2e-3);
+  // Of the uniform friction itself: the median of the energy is at mu = 0.3.
+  const Estimate& p50 = summary.lines.at(0).percentiles[0][0];
+  const double exact = mass * g * way * (std::sin(a) - 0.3 * std::cos(a));
+  EXPECT_LE(std::abs(p50.value - exact), 1.7 * 0.5 * (p50.high - p50.low));   // 3.3 standard errors: passed by chance in 1 of 1000 ensembles
+  EXPECT_EQ(summary.lines[0].crossings, 24);
+  EXPECT_EQ(summary.done, 24);
+  io::Hdf5File file = io::Hdf5File::open(place.path() / "out" / "ensemble.h5");
+  EXPECT_EQ(file.read<double>("/members/varied/interface.rock/ground.friction").values.size(), 24u);
+  EXPECT_EQ(file.dims("/lines/road/velocity"), (io::Dims{24, 3}));
+  EXPECT_EQ(file.dims("/members/end_position"), (io::Dims{24, 1, 3}));
+}
+
+/// Everything of the members but their processor time.
+std::vector<std::string> bits_of(const Ensemble& ensemble, const fs::path& directory) {
+  std::map<std::int64_t, std::string> members;
+  each_member(directory, ensemble.identity(), [&](Member&& m) {
+    m.cpu = 0;
+    members[m.index] = m.encode();
+  });
+  std::vector<std::string> list;
+  for (auto& [index, text] : members) list.push_back(std::move(text));
+  return list;
+}
+
+TEST(Members, SameBitsForThreadsRanksOrderAndAfterAStop) {
+  const Place place;
+  const std::string scene = place.put("scene.toml", tilted()).string();
+  Ensemble ensemble(scene, {});
+  run(ensemble, place.path() / "one", 1);
+  const auto expected = bits_of(ensemble, place.path() / "one");
+  ASSERT_EQ(expected.size(), 24u);
+  run(ensemble, place.path() / "three", 3);
+  EXPECT_EQ(bits_of(ensemble, place.path() / "three"), expected);
+  // Two ranks one after the other: the second finds what the first has done.
+  run(ensemble, place.path() / "ranks", 1, 1, 2);
+  EXPECT_LT(bits_of(ensemble, place.path() / "ranks").size(), 24u);
+  run(ensemble, place.path() / "ranks", 1, 0, 1);
+  EXPECT_EQ(bits_of(ensemble, place.path() / "ranks"), expected);
+  // Killed in the middle of a record.
+  fs::create_directories(place.path() / "killed" / "journal");
+  fs::copy_file(place.path() / "one" / "journal" / "0.bin", place.path() / "killed" / "journal" / "0.bin");
+  fs::resize_file(place.path() / "killed" / "journal" / "0.bin", fs::file_size(place.path() / "one" / "journal" / "0.bin") * 2 / 3);
+  Ensemble again(scene, {});
+  EXPECT_LT(bits_of(again, place.path() / "killed").size(), 24u);
+  run(again, place.path() / "killed", 2);
+  EXPECT_EQ(bits_of(again, place.path() / "killed"), expected);
+  // Another ensemble does not go on with it.
+  Ensemble other(place.put("other.toml", changed(tilted(), "seed = 3", "seed = 4")).string(), {});
+  EXPECT_THROW(run(other, place.path() / "one", 1), InputError);
+}
+
+// What is recorded changes nothing: neither the crossings nor the motion know of output intervals.
+TEST(Members, AMemberIsTheSceneThatTalusRunRepeats) {
+  const Place place;
+  Ensemble ensemble(place.put("scene.toml", tilted()).string(), {});
+  const auto member = ensemble.run(5, nullptr);
+  ASSERT_TRUE(member);
+  sim::Simulation alone(scene::read_scene(place.put("5.toml", ensemble.scene_file(5, "as it was\nin two lines")).string()));
+  sim::Sink none;
+  alone.run(none);
+  const auto& state = alone.world().system->state().blocks;
+  EXPECT_EQ((state.c[0] - member->end[0]).norm(), 0);
+}
+
+// The copy of the scene in the output directory, with what was set on the command line, is the same ensemble.
+TEST(Members, TheWrittenSceneIsTheSameEnsemble) {
+  const Place place;
+  const Ensemble ensemble(place.put("scene.toml", tilted()).string(), {{"simulation.accuracy", "1e-2"}, {"block.B.spin", "[0.0, 0.0, 0.0]"}});
+  const Ensemble copy(place.put("copy.toml", ensemble.whole_scene()).string(), {});
+  EXPECT_EQ(copy.identity(), ensemble.identity());
+}
+
+TEST(Members, StepLimitStopsAndCounts) {
+  const Place place;
+  Ensemble ensemble(place.put("scene.toml", changed(tilted(), "seed = 3", "seed = 3\nstep_limit = 3")).string(), {});
+  const auto member = ensemble.run(0, nullptr);
+  ASSERT_TRUE(member);
+  EXPECT_EQ(member->status, Status::over_limit);
+  run(ensemble, place.path() / "out", 1);
+  const Summary s = write_results(ensemble, place.path() / "out", 24);
+  EXPECT_EQ(s.over_limit, 24);
+  EXPECT_TRUE(fs::exists(place.path() / "out" / "members" / "17.toml"));
+}
+
+TEST(Members, FactorialTakesEveryCombination) {
+  const Place place;
+  std::string text = changed(tilted(), "members = 24", "design = \"factorial\"");
+  text = changed(text, "uniform = [0.1, 0.5]", "list = [0.2, \"15 deg\", 0.4]\n[[ensemble.vary]]\nkey = \"material.rock.density\"\nlist = [2500, 2700]");
+  Ensemble ensemble(place.put("scene.toml", text).string(), {});
+  EXPECT_EQ(ensemble.design().members(), 6);
+  std::set<std::pair<double, double>> seen;
+  for (long i = 0; i < 6; ++i) {
+    const Draw d = ensemble.design().draw(i);
+    seen.emplace(d.numbers[0][0], d.numbers[1][0]);
+  }
+  EXPECT_EQ(seen.size(), 6u);
+}
+
+TEST(Members, MistakesAreNamedBeforeTheFirstMember) {
+  const Place place;
+  const auto with = [&](const std::string& from, const std::string& to) { return message(place.put("bad.toml", changed(tilted(), from, to))); };
+  EXPECT_NE(with("key = \"interface.rock/ground.friction\"", "key = \"block.B.volum\"").find("volum"), std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "normal = [0.3, 0.4]").find("of the first 24 members draw a value that the key does not take"), std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "uniform = [0.5, 0.1]").find("low must be less than high"), std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "uniform = [0.1, 0.5]\nlike = 0").find("must name an earlier variable"), std::string::npos);
+  EXPECT_NE(with("members = 24", "").find("members"), std::string::npos);
+  EXPECT_NE(with("uniform = [0.1, 0.5]", "").find("has no distribution"), std::string::npos);
+  EXPECT_NE(with("duration = \"1.6 s\"", "duration = \"-1 s\"").find("duration"), std::string::npos);
+  EXPECT_EQ(message(place.put("good.toml", tilted())), "");
+}
+
+/// A slope in words of 30 degrees down to the north, 60 m long, and an area on it to start from.
+const std::string slope = R"(schema = 1
+[simulation]
+duration = "20 s"
+until = "rest"
+[site]
+face = [{ dip = "35 deg", length = 40 }, { dip = "0 deg", length = 40 }]
+crest = [0.0, 0.0, 30.0]
+dip_direction = "0 deg"
+width = 60
+material = "ground"
+crs = "EPSG:31254"
+[[material]]
+name = "rock"
+density = 2600
+[[interface]]
+between = ["rock", "ground"]
+friction = "30 deg"
+restitution = 0.2
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "EOTA111"
+volume = 1.0
+release = { polygon = "source.geojson", height = "0.5 m" }
+[[line]]
+name = "road"
+points = [[-25.0, 36.0], [25.0, 36.0]]
+[ensemble]
+members = 6
+[[ensemble.vary]]
+key = "block.B.release"
+[[ensemble.vary]]
+key = "block.B.volume"
+lognormal = ["1.0 m^3", "0.4 m^3"]
+[output]
+report = false
+)";
+
+const std::string source = R"({"type":"Polygon","coordinates":[[[-10,4],[10,4],[10,10],[-10,10],[-10,4]]]})";
+
+TEST(Members, ReleaseDrawsOnePlaceOfTheAreaForEach) {
+  const Place place;
+  place.put("source.geojson", source);
+  Ensemble ensemble(place.put("scene.toml", slope).string(), {});
+  EXPECT_EQ(ensemble.blocks(), std::vector<std::string>{"B"});
+  std::set<double> places;
+  for (long i = 0; i < 6; ++i) {
+    const std::vector<double> at = ensemble.design().draw(i).numbers[0];
+    EXPECT_GE(at[0], -10);
+    EXPECT_LE(at[0], 10);
+    EXPECT_GE(at[1], 4);
+    EXPECT_LE(at[1], 10);
+    places.insert(at[0]);
+    const auto world = ensemble.simulation(i);
+    EXPECT_EQ(world->world().pose(0).c.x(), at[0]);
+  }
+  EXPECT_EQ(places.size(), 6u);
+  const auto a = ensemble.run(2, nullptr), b = ensemble.run(2, nullptr);
+  ASSERT_TRUE(a && b);
+  ASSERT_EQ(a->message, "");
+  EXPECT_GT(a->steps, 10);
+  EXPECT_EQ(a->end[0], b->end[0]);
+  // What talus run makes of the member's own file is the member.
+  sim::Simulation alone(scene::read_scene(place.put("2.toml", ensemble.scene_file(2, "")).string()));
+  sim::Sink none;
+  alone.run(none);
+  EXPECT_EQ((alone.world().system->state().blocks.c[0] - a->end[0]).norm(), 0);
+  place.put("source.geojson", changed(source, "[-10,4],[10,4],[10,10],[-10,10],[-10,4]", "[900,4],[910,4],[910,10],[900,10],[900,4]"));
+  EXPECT_NE(message(place.path() / "scene.toml").find("no place of the area lies over ground"), std::string::npos);
+  place.put("source.geojson", source);
+  EXPECT_NE(message(place.put("off.toml", changed(slope, "[[-25.0, 36.0], [25.0, 36.0]]", "[[925.0, 36.0], [975.0, 36.0]]"))).find("lies off the terrain"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace talus::ensemble
