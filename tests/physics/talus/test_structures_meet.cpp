@@ -65,6 +65,21 @@ std::string equal_slabs() {
   return s.str();
 }
 
+/// A free structure flies against a block that sleeps on a slab: the block is pushed along, with the momentum that the structure loses.
+TEST(StructuresMeet, FreeStructureWakesASleepingBlock) {
+  SceneText s(Method::by_accuracy(1e-3), 0.35, Vec3(0, 0, -9.81));
+  s.history(0.01).material("concrete", 2450, "young = 3e9\npoisson = 0.2").material("rock", 2600).interface("*", "*", 0.0, "normal_stiffness = \"hard\"");
+  s.raw(structure_box("slab", Vec3(6, 3, 0.5), Vec3(0, 0, -0.25), {6, 3, 1}, "concrete", "support = [\"-z\"]\n"));
+  s.raw(structure_box("striker", Vec3(0.4, 0.4, 0.4), Vec3(-1.5, 0, 1.0), {2, 2, 2}, "concrete", "support = []\npreload = \"none\"\ninitial_velocity = [4.0, 0.0, 0.0]\n"));
+  s.raw("[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 0.5]\n");
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const double brought = 4.0 * 2450 * 0.064;
+  const Vec3 v = o.last().velocity[0];
+  EXPECT_GT(2600 * v.x(), 0.9 * brought);
+  EXPECT_LT(2600 * v.x(), 2 * brought);
+}
+
 TEST(StructuresMeet, StepsGrowSlowlyWithoutBlocks) {
   const Outcome o = run_scene(equal_slabs());
   ASSERT_TRUE(o.ok()) << o.result.message;
