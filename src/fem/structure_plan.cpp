@@ -8,6 +8,7 @@
 #include "core/memory.hpp"
 #include "fem/damage_field.hpp"
 #include "fem/hex_mesh.hpp"
+#include "fem/lattice.hpp"
 #include "fem/material_mc2010.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
@@ -63,7 +64,9 @@ StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity) {
     plan.text = fmt::format("structure {}: cells by its mesh file", spec.name);
     return plan;
   }
-  plan.cells = cell_count(spec);
+  plan.cells = cell_count(of_coarse_mesh(spec));
+  if (refines_locally(spec))
+    for (const StructureSpec::Refinement& zone : spec.refinements) plan.cells += zone.region.volume() / std::pow(zone.cell_size, 3);   // at most: where it is solid throughout
   const bool held = !spec.supports.empty();
   std::string solved;
   int solutions = 0;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/disjoint_sets.hpp"
+#include "fem/lattice.hpp"
 #include "fem/lowest_eigenvalue.hpp"
 #include "fem/mechanism.hpp"
 #include "fem/not_enough_memory.hpp"
@@ -89,7 +90,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction), "must lie in (0, 1]", "take 0.9");
   shear_ = spec_.young / (2 * (1 + spec_.poisson));
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
-  mesh_ = make_mesh(spec_);
+  mesh_ = make_mesh(of_coarse_mesh(spec_));
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
   if (!spec_.file.empty()) {
     check_faces(mesh_, "structure." + spec_.name, spec_.file);
@@ -97,6 +98,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
       report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
                           spec_.file, cell_name(mesh_, pair->first), cell_name(mesh_, pair->second)));
   }
+  refine_mesh();
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
@@ -178,6 +180,7 @@ void FemStructure::set_masses() {
     bars_ = std::make_unique<Bars>(spec_, mesh_, supports_, std::move(shapes), [&](const std::string& text) { report_("warning: " + text); });
     bars_->add_mass(steel_density - spec_.density, mass_);
   }
+  settle_hanging_nodes();
   built_mass_ = mass_;
   dofs_.number.assign(n, {-1, -1, -1});
   dofs_.size = 0;
@@ -216,7 +219,9 @@ void FemStructure::find_critical_step() {
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     std::fill(y.begin(), y.end(), 0.0);
+    spread(x);
     add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, x, y);
+    collect(y);
     const double a = of(y).dot(of(x));   // x is zero where it is held
     of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
     diagonal.push_back(a);
@@ -268,6 +273,8 @@ LinearSolver& FemStructure::multigrid() {
     DisjointSets bodies(nodes);
     for (const auto& hex : mesh_.hexes)
       for (const int n : hex) bodies.join(hex[0], n);
+    for (const HangingNode& h : mesh_.hanging)
+      for (const auto& [master, weight] : h.masters) bodies.join(h.node, master);
     std::vector<Vec3> position(dofs_.size);
     std::vector<int> direction(dofs_.size), body(dofs_.size);
     for (int i = 0; i < nodes; ++i)
@@ -296,7 +303,9 @@ double FemStructure::first_frequency() {
     const auto stiffness = [&](const VecX& from, VecX& to) {
       std::fill(f.begin(), f.end(), 0.0);
       scatter(dofs_, from, u);
+      spread(u);
       add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, u, f);
+      collect(f);
       gather(dofs_, f, to);
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
@@ -335,6 +344,7 @@ void FemStructure::preload() {
   double pressed = 0;
   if (gravity_.isZero(0) && bars_) {
     bars_->add_forces(u_.data(), 0, live_, f_int_.data());
+    collect(f_int_);
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
@@ -354,11 +364,13 @@ void FemStructure::preload() {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
+    spread(u_);
     if (once) break;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
+    collect(f_int_);
     last = residual, residual = 0, scale = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)

@@ -76,10 +76,16 @@ void read_refinements(const View& view, StructureSpec& spec) {
     zone.cell_size = at.number("cell_size");
     if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size) at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
     spec.refinements.push_back(zone);
+    const bool local = at.flag("local");
+    if (local && spec.refinements.size() == 1) spec.parameters.emplace_back("local_refinement", 1);
+    if (local != (!spec.parameters.empty() && spec.parameters.back().first == "local_refinement")) at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
+    if (local && spec.damage != "none") at.problem("local", "cells that crack are not refined locally yet", "remove it (fine cells then go on along each axis to the far side), or write damage = \"none\"");
   }
   if (!view.has("refine")) return;
-  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "refine in the mesh generator");
-  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells");
+  const bool local = !spec.parameters.empty() && spec.parameters.back().first == "local_refinement";
+  if (local) return;
+  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "write local = true in each zone, or refine in the mesh generator");
+  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells, or write local = true in each zone");
 }
 
 /// A viaduct's own key for what `diameter` says; a resolved scene has width and depth beside it.
