@@ -6,6 +6,7 @@
 #include <fstream>
 
 #include "app/commands.hpp"
+#include "app/progress.hpp"
 #include "app/tell.hpp"
 #include "io/final_state.hpp"
 #include "scene/scene.hpp"
@@ -31,7 +32,8 @@ Held held_so_far() {
 
 int command_check(const Options& options) {
   scene::Scene scene = scene::read_scene(options.input, options.overrides());
-  sim::Simulation simulation(std::move(scene));
+  BuildProgress progress;
+  sim::Simulation simulation(std::move(scene), [&](const std::string& line) { progress.show(line); });
   if (const std::string& previous = simulation.scene().simulation.initial_state; !previous.empty()) simulation.start_from(io::read_final_state(previous), previous);
   const std::vector<Problem> problems = simulation.warnings();
   for (const Problem& warning : problems) tell("{}\n", warning.str());

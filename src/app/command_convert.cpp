@@ -79,8 +79,8 @@ int repair_mesh(const std::string& in, const std::string& out) {
 
 int command_convert(const Options& options) {
   const std::string &in = options.input, &out = options.output;
-  const std::size_t hash = in.find('#');
-  const std::string file = in.substr(0, hash), part = hash == std::string::npos ? "" : in.substr(hash + 1);
+  const auto [file, given_part] = io::file_and_part(in);
+  const std::string part = given_part.value_or("");
   constexpr std::string_view blocks = "/geometry/blocks";
   if (options.repair && !(geometry::is_mesh_file(in) && geometry::is_mesh_file(out)))
     throw InputError(Problem{.file = in, .line = 0, .column = 0, .key = "--repair", .value = out, .rule = "repairs surface meshes only", .remedy = "give IN and OUT as STL, OBJ, PLY, OFF or VTU"});

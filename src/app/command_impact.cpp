@@ -64,6 +64,23 @@ Vec3 starting_position(const scene::Scene& scene, const scene::Impact& impact, c
   return behind.c + ((std::isfinite(way) ? way : run_up * body.radius) - impact.clearance) * along;
 }
 
+std::set<int> materials_of(const scene::Site& site) {
+  std::set<int> materials{site.material};
+  for (const scene::Site::MaterialArea& area : site.material_areas) materials.insert(area.material);
+  return materials;
+}
+
+/// Throws InputError where nothing says how the block meets the ground that the structure stands on.
+void require_law_with_ground(const scene::Scene& scene, const scene::Impact& impact) {
+  for (const int ground : materials_of(*scene.site)) {
+    const auto pair = std::pair(std::min(ground, impact.material), std::max(ground, impact.material));
+    if (std::find(scene.law_pairs.begin(), scene.law_pairs.end(), pair) != scene.law_pairs.end()) continue;
+    const std::string &a = scene.materials[static_cast<std::size_t>(impact.material)].name, &b = scene.materials[static_cast<std::size_t>(ground)].name;
+    throw InputError(Problem{.file = scene.file, .key = "interface", .value = {}, .rule = fmt::format("the structure stands on the terrain, \"{}\" and \"{}\" can meet, and no [[interface]] covers them", a, b),
+                             .remedy = fmt::format("add [[interface]] with between = [\"{}\", \"{}\"]", a, b)});
+  }
+}
+
 /// A problem of the place that the block flies through, by the scene's key or the row of its trajectories.
 Problem problem_of_flight(const scene::Scene& scene, const scene::Impact& impact, Problem::Severity severity, std::string rule, std::string remedy) {
   const std::string point = fmt::format("[{:g}, {:g}, {:g}]", impact.point.x(), impact.point.y(), impact.point.z());
@@ -102,16 +119,18 @@ int command_impact(const Options& options) {
   scene.structures = {scene.structures[static_cast<std::size_t>(impact.structure)]};
   scene.impact.reset();
   scene.blocks.clear();
+  // The feet of a viaduct follow the terrain, which then is there for the block, too.
   const bool on_terrain = follows_terrain(scene.structures[0]) && scene.site && scene.site->given();
-  if (on_terrain) scene.notes.push_back(fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.", scene.structures[0].name));
-  else scene.site.reset();
+  if (on_terrain) {
+    require_law_with_ground(scene, impact);
+    scene.notes.push_back(fmt::format("The piers of {} follow the terrain (deck_level), which is therefore part of this run.", scene.structures[0].name));
+  } else {
+    scene.site.reset();
+  }
   scene.planes.clear();
   scene.rock_mass.reset();
   std::set<int> here{impact.material, struck};
-  if (on_terrain) {
-    here.insert(scene.site->material);
-    for (const auto& area : scene.site->material_areas) here.insert(area.material);
-  }
+  if (on_terrain) here.merge(materials_of(*scene.site));
   std::erase_if(scene.law_pairs, [&](const auto& pair) { return here.count(pair.first) == 0 || here.count(pair.second) == 0; });
   Flight flight = Flight::meets;
   block.position = starting_position(scene, impact, standing_skin(scene), flight);

@@ -10,6 +10,7 @@
 
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
+#include "app/progress.hpp"
 #include "app/run_checkpoint.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
@@ -29,8 +30,19 @@ namespace {
 std::atomic<int> stop_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
+/// A step of a large system may last: for so long it may come to its end, which saves all up to there. Then the run ends as if it had been killed, and --resume goes on from its last checkpoint.
+constexpr unsigned patience = 5;   // [s]
+
+extern "C" void on_patience_ended(int) {
+  constexpr char text[] = "talus: the step at hand did not end in time; --resume goes on from the last checkpoint\n";
+  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
+  ::_exit(128 + stop_signal.load());
+}
+
 extern "C" void on_signal(int number) {
   stop_signal.store(number);
+  std::signal(SIGALRM, on_patience_ended);
+  ::alarm(patience);
   // A second SIGINT, from the keyboard, ends the program at once. `timeout` and service managers send SIGTERM twice and mean one.
   if (number == SIGINT) std::signal(number, SIG_DFL);
 }
@@ -163,7 +175,9 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   if (ranks() != nullptr) scene.simulation.threads = 1;   // structures on two threads would not call the other ranks in one order
   std::vector<std::string> reports;   // of the build, before there is a log
   io::Recorder* sink_log = nullptr;
+  BuildProgress progress;
   sim::Simulation simulation(std::move(scene), [&](const std::string& line) {
+    progress.show(line);
     if (sink_log) sink_log->log().info("report", {{"text", line}});
     else reports.push_back(line);
   });
@@ -208,6 +222,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
     sim::Sink silent;
     result = simulation.run(silent, &stop_signal);
   }
+  ::alarm(0);   // from here on it comes to its end by itself
   const bool ended = io::has_ended(result.status);
   const sim::Checkpoint last = simulation.save();
   const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};

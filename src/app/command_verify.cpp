@@ -33,6 +33,14 @@ int command_verify(const Options& options) {
     fmt::print("{}\n", verify::table_line(r));
     std::fflush(stdout);
   }, only);
+  if (report.results.empty()) {
+    Problem problem;
+    problem.key = "--quick";
+    problem.value = options.input;
+    problem.rule = "leaves nothing of it: none of these cases has a quick version";
+    problem.remedy = "run it without --quick";
+    throw InputError(problem);
+  }
   int passed = 0, fell_short = 0, absent = 0, compared = 0;
   for (const verify::CaseResult& r : report.results) ++(!r.available ? absent : r.passed ? passed : r.judged ? fell_short : compared);
   fmt::print("{} passed, {} fell short, {} not available, {} shown for comparison\n", passed, fell_short, absent, compared);

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <ctime>
+#include <string_view>
 
 #include "app/tell.hpp"
 
@@ -31,6 +33,15 @@ void ProgressLine::show(double time, double duration, const sim::RunCounters& co
 void ProgressLine::clear() {
   if (shown_) tell("\r\033[K");
   shown_ = false;
+}
+
+void BuildProgress::show(const std::string& report) {
+  constexpr std::string_view plan = "plan: ", progress = "progress: ";
+  constexpr double moment = 1;   // of the processor [s]: on a crowded machine small structures stay as quiet as elsewhere
+  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  if (report.starts_with(plan)) tell("{}\n", report.substr(plan.size()));
+  else if (report.starts_with(progress) && static_cast<double>(std::clock()) / CLOCKS_PER_SEC > moment) tell("{:.0f} s: {}\n", elapsed, report.substr(progress.size()));
+  std::fflush(stderr);
 }
 
 }  // namespace talus::app

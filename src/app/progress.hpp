@@ -1,6 +1,7 @@
 /// The progress line of a run, on a terminal; into a log a whole line twice a minute: t, dt, contacts, iterations, energy residual, time left.
 #pragma once
 #include <chrono>
+#include <string>
 
 #include "sim/frame.hpp"
 
@@ -18,6 +19,16 @@ class ProgressLine {
   bool terminal_ = false, shown_ = false;
   Clock::time_point start_, last_;
   double first_time_ = -1;
+};
+
+/// What the build of a world tells while it lasts: the plan of large structures at once, what is being solved once that takes longer than a moment. Other reports are not for
+/// who waits.
+class BuildProgress {
+ public:
+  void show(const std::string& report);
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 
 }  // namespace talus::app

@@ -100,7 +100,7 @@ class Cover {
       for (int k = 0; k < 3; ++k) {
         const int vertex = v[static_cast<std::size_t>(k)];
         const double part = area / 3 * l[k];
-        if (at_.skin.surface.nodes[static_cast<std::size_t>(vertex)].count == 1) {
+        if (k < 2) {   // the third is the face's centre
           give(p, vertex, t, part, x);
         } else {
           for (int q = 0; q < 4; ++q) {   // the four triangles of a face follow each other

@@ -10,6 +10,8 @@
 namespace talus::coupling {
 namespace {
 
+constexpr double woken_by = 1e-3;   // way of a structure's skin within the stretch, of the radius of a block that sleeps
+
 /// Of pairs whose boxes overlap, those that can touch: one of the two moves, and no plane between them proves that they stay apart.
 void drop_apart(const dda::Model& model, const dda::State& s, std::span<const double> near, std::vector<std::pair<int, int>>& pairs) {
   constexpr int pairs_at_once = 256;
@@ -149,6 +151,13 @@ void CoupledSystem::group(std::span<const std::pair<int, int>> pairs, std::span<
   for (const SurfacePair& pair : p.surfaces) awake[static_cast<std::size_t>(sets.root(n + pair.a))] = 1;
   for (int i = 0; i < n; ++i)
     if (moves(i) && state_.asleep[static_cast<std::size_t>(i)] == 0) awake[static_cast<std::size_t>(sets.root(i))] = 1;
+  // A structure that may come to what sleeps wakes it. What rests on it sleeps on while it rings.
+  for (const CandidatePair& c : fixed) {
+    const auto b = static_cast<std::size_t>(c.b);
+    if (c.a.kind != Partner::Kind::structure || p.structure_reach[static_cast<std::size_t>(c.a.index)] <= woken_by * model_.blocks[b].shape->radius) continue;
+    const auto& known = state_.contacts[b];
+    if (std::none_of(known.begin(), known.end(), [&](const ContactMemory& m) { return m.partner == c.a.id(); })) awake[static_cast<std::size_t>(sets.root(c.b))] = 1;
+  }
   for (int i = 0; i < n; ++i) {
     if (!moves(i)) continue;
     const int root = sets.root(i);

@@ -12,22 +12,25 @@ namespace {
 /// The face's mean plane goes with its nodes: what a bed's columns stand on.
 SurfaceWeights plane_weights(const TriangleSurface& surface, int triangle, const Vec3& x) {
   const auto first = static_cast<std::size_t>(triangle - triangle % 4);
-  std::array<int, 4> node;
+  std::array<const TriangleSurface::NodeWeights*, 4> nodes{};   // of the corners; one that hangs between larger faces goes with those
   Vec3 corner[4], centre = Vec3::Zero();
   for (std::size_t k = 0; k < 4; ++k) {
     const auto v = static_cast<std::size_t>(surface.triangles[first + k][0]);
     corner[k] = surface.vertices[v];
-    node[k] = surface.nodes[v].node[0];
+    nodes[k] = &surface.nodes[v];
     centre += 0.25 * corner[k];
   }
   // x in the plane of the diagonals: centre + a d + b e
   const Vec3 d = corner[2] - corner[0], e = corner[3] - corner[1], n = d.cross(e);
   const double a = n.dot((x - centre).cross(e)) / n.squaredNorm(), b = n.dot(d.cross(x - centre)) / n.squaredNorm();
   SurfaceWeights w;
-  w.count = 4;
   const std::array<double, 4> share{0.25 - a, 0.25 - b, 0.25 + a, 0.25 + b};
-  std::copy(node.begin(), node.end(), w.node.begin());
-  std::copy(share.begin(), share.end(), w.weight.begin());
+  for (std::size_t k = 0; k < 4; ++k)
+    for (std::size_t j = 0; j < static_cast<std::size_t>(nodes[k]->count); ++j) {
+      const auto end = w.node.begin() + w.count, found = std::find(w.node.begin(), end, nodes[k]->node[j]);
+      if (found == end) *end = nodes[k]->node[j], w.weight[static_cast<std::size_t>(w.count++)] = share[k] * nodes[k]->weight[j];
+      else w.weight[static_cast<std::size_t>(found - w.node.begin())] += share[k] * nodes[k]->weight[j];
+    }
   return w;
 }
 

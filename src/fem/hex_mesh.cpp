@@ -104,6 +104,7 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
 }
 
 std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh) {
+  if (!mesh.across.empty()) return mesh.across;
   std::vector<std::array<int, 6>> next(mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
   const std::vector<FaceKey> faces = sorted_faces(mesh);
   for (std::size_t i = 0; i + 1 < faces.size(); ++i)

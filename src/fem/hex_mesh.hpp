@@ -17,6 +17,12 @@
 
 namespace talus::fem {
 
+/// A node in the middle of an edge or a face of a larger cell, with which it moves: u = sum weight u(master). Masters do not hang.
+struct HangingNode {
+  int node = 0;
+  std::vector<std::pair<int, double>> masters;
+};
+
 struct HexMesh {
   std::vector<Vec3> nodes;
   std::vector<Vec3> local;
@@ -24,6 +30,8 @@ struct HexMesh {
   std::map<std::string, std::vector<int>> node_groups;  // sorted node numbers
   std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
   std::vector<long> number;                             // per hex, from a file: its number there, less than 0 for a quarter of a tetrahedron; else empty
+  std::vector<HangingNode> hanging;                     // of a mesh that is refined in part, ascending
+  std::vector<std::array<int, 6>> across;               // of such a mesh: per hex and face the cell across it, -1: none; of four smaller ones the first
   std::string remark;                                   // of the reader: what the file holds beside its cells
 };
 

@@ -31,14 +31,45 @@ ElementMatrix framed(const ElementMatrix& k, const Mat3& t) {
   return out;
 }
 
+/// Nodes with which a node moves, and their shares: itself, unless it hangs between larger cells.
+class Followed {
+ public:
+  explicit Followed(const HexMesh& mesh) : mesh_(mesh), place_(mesh.hanging.empty() ? 0 : mesh.nodes.size(), -1) {
+    for (std::size_t k = 0; k < mesh.hanging.size(); ++k) place_[static_cast<std::size_t>(mesh.hanging[k].node)] = static_cast<int>(k);
+  }
+  template <class Use>
+  void each(int node, Use&& use) const {
+    if (place_.empty() || place_[static_cast<std::size_t>(node)] < 0) return use(node, 1.0);
+    for (const auto& [master, weight] : mesh_.hanging[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])].masters) use(master, weight);
+  }
+
+ private:
+  const HexMesh& mesh_;
+  std::vector<int> place_;
+};
+
+/// Springs between the nodes that theirs follow.
+std::vector<Spring> followed(const Followed& follows, const std::vector<Spring>& springs) {
+  std::vector<Spring> out;
+  for (const Spring& spring : springs) {
+    Spring one{{}, {}, spring.stiffness};
+    for (std::size_t k = 0; k < spring.node.size(); ++k)
+      follows.each(spring.node[k], [&](int node, double weight) { one.node.push_back(node), one.weight.push_back(weight * spring.weight[k]); });
+    out.push_back(std::move(one));
+  }
+  return out;
+}
+
 /// Entries of cells and springs, lower part by column, in order; no values.
-SymmetricMatrix pattern_of(const HexMesh& mesh, const DofMap& dofs, const std::vector<Spring>& springs) {
+SymmetricMatrix pattern_of(const HexMesh& mesh, const Followed& follows, const DofMap& dofs, const std::vector<Spring>& springs) {
   const int cells = static_cast<int>(mesh.hexes.size()), nodes = static_cast<int>(mesh.nodes.size());
   // Node-to-node graph, lower part by column.
   std::vector<std::vector<int>> touched(nodes);
   for (int cell = 0; cell < cells; ++cell)
     for (int a : mesh.hexes[cell])
-      for (int b : mesh.hexes[cell]) touched[a].push_back(b);
+      follows.each(a, [&](int i, double) {
+        for (int b : mesh.hexes[cell]) follows.each(b, [&](int j, double) { touched[i].push_back(j); });
+      });
   for (int a = 0; a < nodes; ++a) touched[a].push_back(a);   // the diagonal is stored, zero or not
   for (const Spring& spring : springs)
     for (int a : spring.node)
@@ -66,9 +97,11 @@ SymmetricMatrix pattern_of(const HexMesh& mesh, const DofMap& dofs, const std::v
 
 }  // namespace
 
-SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& springs,
+SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, double shear, double bulk, const std::vector<Spring>& given,
                                    const std::vector<char>* live, const std::vector<Mat3>* frames, const SymmetricMatrix* like) {
-  SymmetricMatrix m = like != nullptr ? SymmetricMatrix{like->n, like->column, like->row, {}} : pattern_of(mesh, dofs, springs);
+  const Followed follows(mesh);
+  const std::vector<Spring> springs = followed(follows, given);
+  SymmetricMatrix m = like != nullptr ? SymmetricMatrix{like->n, like->column, like->row, {}} : pattern_of(mesh, follows, dofs, springs);
   m.value.assign(m.row.size(), 0.0);
   bool fits = true;
   const auto add = [&](int row, int column, double value) {
@@ -90,12 +123,15 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
     if (of < 0 || !same_shape(of, cell)) shared = element_stiffness(mesh, cell, shear, bulk), of = cell;
     k = frames != nullptr ? framed(shared, (*frames)[static_cast<std::size_t>(cell)]) : shared;
     for (int b = 0; b < 24; ++b) {
-      const int column = dofs.number[mesh.hexes[cell][b / 3]][b % 3];
-      if (column < 0) continue;
-      for (int a = 0; a < 24; ++a) {
-        const int row = dofs.number[mesh.hexes[cell][a / 3]][a % 3];
-        if (row >= column) add(row, column, k(a, b));
-      }
+      follows.each(mesh.hexes[cell][b / 3], [&](int of_column, double by_column) {
+        const int column = dofs.number[of_column][b % 3];
+        if (column < 0) return;
+        for (int a = 0; a < 24; ++a)
+          follows.each(mesh.hexes[cell][a / 3], [&](int of_row, double by_row) {
+            const int row = dofs.number[of_row][a % 3];
+            if (row >= column) add(row, column, by_row * by_column * k(a, b));
+          });
+      });
     }
   }
   for (const Spring& spring : springs)
@@ -106,7 +142,7 @@ SymmetricMatrix assemble_stiffness(const HexMesh& mesh, const DofMap& dofs, doub
             const int column = dofs.number[spring.node[b]][j], row = dofs.number[spring.node[a]][i];
             if (column >= 0 && row >= column) add(row, column, spring.weight[a] * spring.weight[b] * spring.stiffness(i, j));
           }
-  return fits ? m : assemble_stiffness(mesh, dofs, shear, bulk, springs, live, frames);   // `like` lacked some
+  return fits ? m : assemble_stiffness(mesh, dofs, shear, bulk, given, live, frames);   // `like` lacked some
 }
 
 }  // namespace talus::fem

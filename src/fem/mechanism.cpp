@@ -62,6 +62,8 @@ std::optional<LoosePart> loose_part(const HexMesh& mesh, const Supports& support
   DisjointSets sets(static_cast<int>(mesh.nodes.size()));
   for (const auto& hex : mesh.hexes)
     for (const int n : hex) sets.join(hex[0], n);
+  for (const HangingNode& h : mesh.hanging)
+    for (const auto& [master, weight] : h.masters) sets.join(h.node, master);
   for (const Spring& spring : springs)
     for (const int n : spring.node) sets.join(spring.node.front(), n);
   std::map<int, Hold> parts;

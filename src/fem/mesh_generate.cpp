@@ -1,14 +1,15 @@
 // Meshes of boxes and columns.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "fem/spec_error.hpp"
+#include "core/memory.hpp"
 #include "fem/hex_mesh.hpp"
 #include "fem/lattice.hpp"
 #include "fem/services.hpp"
+#include "fem/spec_error.hpp"
+#include "fem/structure_plan.hpp"
 #include "fem/viaduct.hpp"
 
 namespace talus::fem {
@@ -87,10 +88,10 @@ double refined_count(const StructureSpec& spec) {
 void check_count(const StructureSpec& spec) {
   constexpr double bytes_per_cell = 1200, bytes_per_damage_cell = 6000;   // measured, building and stepping
   const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
-  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  const double memory = available_memory();
   const double volume = volume_of(spec), h = spec.cell_size, most = std::min(2e7, memory / cell);
   const auto too_many = [&](double count) {
-    return fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; this machine has {:.3g} GB, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9,
+    return fmt::format("makes about {:.3g} million cells of {:.3g} m^3 of structure, some {:.3g} GB; {:.3g} GB are free, and at most 20 million cells are meshed", count / 1e6, volume, count * cell / 1e9,
                        memory / 1e9);
   };
   const double count = h > 0 ? volume / (h * h * h) : double(spec.cells[0]) * spec.cells[1] * spec.cells[2];
@@ -187,6 +188,13 @@ void check_refinements(const StructureSpec& spec, const HexMesh& mesh) {
 }
 
 }  // namespace
+
+double cell_count(const StructureSpec& spec) {
+  check_count(spec);
+  const double h = spec.cell_size;
+  if (!(h > 0)) return static_cast<double>(spec.cells[0]) * spec.cells[1] * spec.cells[2];
+  return refined_count(spec);
+}
 
 HexMesh make_mesh(const StructureSpec& spec) {
   if (spec.kind == "mesh") return read_mesh(spec);

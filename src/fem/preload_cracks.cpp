@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "fem/place_in_words.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
@@ -58,17 +59,13 @@ void FemStructure::warn_of_cracks() const {
     if (!barred[static_cast<std::size_t>(cell)]) tension.look(sigma[2], concrete_->f_t, volume, cell);
     compression.look(std::min(sigma[2], 0.0) - sigma[0], concrete_->f_cm, volume, cell);
   }
-  const auto where = [&](int cell) {
-    Vec3 at = Vec3::Zero();
-    for (const int node : mesh_.hexes[static_cast<std::size_t>(cell)]) at += mesh_.nodes[static_cast<std::size_t>(node)] / 8;
-    return fmt::format("({:.3g}, {:.3g}, {:.3g})", at.x(), at.y(), at.z());
-  };
+  const auto where = [&](int cell) { return place_in_words(spec_, mesh_, cell); };
   if (tension.volume >= worth_saying * whole)
-    report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, at {}) and cracks as the run begins; give it "
+    report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and cracks as the run begins; give it "
                         "bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
                         100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, where(tension.worst)));
   if (compression.volume >= worth_saying * whole)
-    report_(fmt::format("warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to {:.3g} MPa, at {}) and is crushed as the run begins; larger sections, or less "
+    report_(fmt::format("warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and is crushed as the run begins; larger sections, or less "
                         "prestress",
                         100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, where(compression.worst)));
 }

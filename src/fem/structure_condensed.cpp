@@ -96,8 +96,9 @@ double FemStructure::lowest_frequency() const {
   try {
     const double omega = omega_1_ > 0 ? omega_1_ : const_cast<FemStructure*>(this)->first_frequency();
     if (omega * critical_step_ > 1e-6) lowest_frequency_ = omega;
-  } catch (const NumericalFailure&) {
-    // Supports that leave it free to move: explicit steps need no factor.
+  } catch (const std::exception& e) {
+    // Supports that leave it free to move, or no room for the factor: explicit steps need none.
+    report_(fmt::format("structure {}: explicit steps alone: {}", spec_.name, e.what()));
   }
   return lowest_frequency_;
 }

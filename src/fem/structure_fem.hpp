@@ -150,6 +150,12 @@ class FemStructure : public Structure {
   bool undisturbed(double t, double duration) const;  // at rest, and no load changes until t + duration
   double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
   void moved();                      // the state changed: caches are stale
+  // structure_hanging.cpp: of a mesh that is refined in part; else they do nothing
+  void refine_mesh();                // by the zones that are to end at their borders
+  void settle_hanging_nodes();       // their masses, supports and loads go to the nodes that they follow
+  void spread(AlignedVector& motion) const;    // what moves with others: u(hanging) = sum weight u(master)
+  void collect(AlignedVector& force) const;    // f(master) += weight f(hanging), which becomes zero: the transpose, so that the power is the same
+  std::vector<NodeImpulse> on_masters(std::span<const NodeImpulse> impulses) const;
   double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
   Vec3 position(int n) const { return mesh_.nodes[n] + Vec3(u_[4 * n], u_[4 * n + 1], u_[4 * n + 2]); }
   Vec3 velocity(int n) const { return {v_[4 * n], v_[4 * n + 1], v_[4 * n + 2]}; }

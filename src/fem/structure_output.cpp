@@ -20,6 +20,26 @@ std::vector<NodeRange> living(const std::vector<NodeRange>& nodes, const std::ve
   return ranges_of(lives);
 }
 
+/// The mean of nodes of the skin in terms of the nodes that they follow, with equal weights if none hangs.
+TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> nodes) {
+  TriangleSurface::NodeWeights out;
+  const auto add = [&](int node, double weight) {
+    int k = 0;
+    while (k < out.count && out.node[static_cast<std::size_t>(k)] != node) ++k;
+    if (k == 4) throw NumericalFailure("a face of a structure hangs on more than four nodes");
+    if (k == out.count) out.node[static_cast<std::size_t>(k)] = node, out.weight[static_cast<std::size_t>(k)] = 0, ++out.count;
+    out.weight[static_cast<std::size_t>(k)] += weight;
+  };
+  for (const int node : nodes) {
+    const double share = 1.0 / static_cast<double>(nodes.size());
+    const auto at = std::lower_bound(mesh.hanging.begin(), mesh.hanging.end(), node, [](const HangingNode& h, int n) { return h.node < n; });
+    if (at == mesh.hanging.end() || at->node != node) add(node, share);
+    else
+      for (const auto& [master, weight] : at->masters) add(master, share * weight);
+  }
+  return out;
+}
+
 }  // namespace
 
 void FemStructure::rebuild_skin() {
@@ -39,9 +59,9 @@ void FemStructure::rebuild_skin() {
   s.triangles.clear();
   s.parent_face.clear();
   s.default_material = spec_.material;
-  for (int i = 0; i < nodes; ++i) s.nodes[i] = {1, {skin_node_[i], 0, 0, 0}, {1, 0, 0, 0}};
+  for (int i = 0; i < nodes; ++i) s.nodes[i] = followed(mesh_, std::span(&skin_node_[i], 1));
   for (int q = 0; q < static_cast<int>(skin_.size()); ++q) {
-    s.nodes[nodes + q] = {4, skin_[q].node, {0.25, 0.25, 0.25, 0.25}};
+    s.nodes[nodes + q] = followed(mesh_, skin_[q].node);
     for (int k = 0; k < 4; ++k) {
       s.triangles.push_back({vertex[skin_[q].node[k]], vertex[skin_[q].node[(k + 1) % 4]], nodes + q});
       s.parent_face.push_back(q);

@@ -11,7 +11,7 @@ constexpr std::size_t least_cells = 256;   // per rank; a smaller structure is c
 
 void FemStructure::divide() {
   Ranks* const all = ranks();
-  if (all == nullptr || mesh_.hexes.size() < least_cells * static_cast<std::size_t>(all->size())) return;
+  if (all == nullptr || !mesh_.hanging.empty() || mesh_.hexes.size() < least_cells * static_cast<std::size_t>(all->size())) return;
   const std::size_t n = mesh_.nodes.size();
   const std::vector<double> cost(n, 1.0);
   partition_ = std::make_unique<Partition>(mesh_, bearings_ ? bearings_->nodes() : std::vector<int>{}, cost, *all);

@@ -6,8 +6,11 @@
 #include <cmath>
 
 #include "core/disjoint_sets.hpp"
+#include "fem/lattice.hpp"
 #include "fem/lowest_eigenvalue.hpp"
 #include "fem/mechanism.hpp"
+#include "fem/not_enough_memory.hpp"
+#include "fem/place_in_words.hpp"
 #include "fem/services.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/static_balance.hpp"
@@ -43,6 +46,12 @@ void add_stiff_force(ElementOperator& cells, Bars* bars, const Bearings* bearing
     for (std::size_t k = 0; k < spring.node.size(); ++k)
       for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
   }
+}
+
+/// What is being computed now, of a structure that takes more than a moment.
+void progress(const Report& report, const StructureSpec& spec, const HexMesh& mesh, const std::string& what) {
+  constexpr std::size_t large = 20000;   // cells
+  if (mesh.hexes.size() >= large) report(fmt::format("progress: structure {}: {}", spec.name, what));
 }
 
 /// Whether any bar presses the concrete from the start.
@@ -81,7 +90,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction), "must lie in (0, 1]", "take 0.9");
   shear_ = spec_.young / (2 * (1 + spec_.poisson));
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
-  mesh_ = make_mesh(spec_);
+  mesh_ = make_mesh(of_coarse_mesh(spec_));
   check_cells(mesh_, "structure." + spec_.name, spec_.file);
   if (!spec_.file.empty()) {
     check_faces(mesh_, "structure." + spec_.name, spec_.file);
@@ -89,6 +98,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
       report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
                           spec_.file, cell_name(mesh_, pair->first), cell_name(mesh_, pair->second)));
   }
+  refine_mesh();
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
@@ -111,15 +121,17 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   }
   if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
   check_supports();
+  progress(report_, spec_, mesh_, fmt::format("{} cells and {} degrees of freedom are made; next its stable step", mesh_.hexes.size(), dofs_.size));
   find_critical_step();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
       if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
-  if (spec_.damping_ratio > 0 && !supports_.nodes.empty()) {
+  if (spec_.damping_ratio > 0 && !supports_.nodes.empty() && dofs_.size > 0) {
+    progress(report_, spec_, mesh_, "first frequency");
     omega_1_ = first_frequency();
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
-  if (spec_.gravity_preload && !supports_.nodes.empty() && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
+  if (spec_.gravity_preload && !supports_.nodes.empty() && dofs_.size > 0 && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
   factored_ = factor_ != nullptr;
   multigrid_.reset();  // only the preload and the first frequency of large systems need it
   set_members();
@@ -168,6 +180,7 @@ void FemStructure::set_masses() {
     bars_ = std::make_unique<Bars>(spec_, mesh_, supports_, std::move(shapes), [&](const std::string& text) { report_("warning: " + text); });
     bars_->add_mass(steel_density - spec_.density, mass_);
   }
+  settle_hanging_nodes();
   built_mass_ = mass_;
   dofs_.number.assign(n, {-1, -1, -1});
   dofs_.size = 0;
@@ -180,6 +193,12 @@ void FemStructure::set_masses() {
 }
 
 void FemStructure::find_critical_step() {
+  if (dofs_.size == 0) {   // nothing can move: waves cross a cell as they would, and what asks for a step gets a number
+    double shortest = INFINITY;
+    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) shortest = std::min(shortest, 2 * jacobian(mesh_, cell, Vec3::Zero()).colwise().norm().minCoeff());
+    critical_step_ = spec_.critical_step_fraction * shortest / wave_speed_;
+    return;
+  }
   // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from below.
   const std::size_t n = u_.size();
   const int steps = 40;
@@ -200,7 +219,9 @@ void FemStructure::find_critical_step() {
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     std::fill(y.begin(), y.end(), 0.0);
+    spread(x);
     add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, x, y);
+    collect(y);
     const double a = of(y).dot(of(x));   // x is zero where it is held
     of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
     diagonal.push_back(a);
@@ -237,7 +258,12 @@ const SymmetricMatrix& FemStructure::stiffness() {
 }
 
 const CholeskyFactor& FemStructure::factor() {
-  if (!factor_) factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
+  if (factor_) return *factor_;
+  try {
+    factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
+  } catch (const NotEnoughMemory& e) {
+    bad(spec_, spec_.cell_size > 0 ? "cell_size" : "cells", fmt::format("{} cells", mesh_.hexes.size()), e.what(), "take larger cells, or fewer of them, or free memory");
+  }
   return *factor_;
 }
 
@@ -247,6 +273,8 @@ LinearSolver& FemStructure::multigrid() {
     DisjointSets bodies(nodes);
     for (const auto& hex : mesh_.hexes)
       for (const int n : hex) bodies.join(hex[0], n);
+    for (const HangingNode& h : mesh_.hanging)
+      for (const auto& [master, weight] : h.masters) bodies.join(h.node, master);
     std::vector<Vec3> position(dofs_.size);
     std::vector<int> direction(dofs_.size), body(dofs_.size);
     for (int i = 0; i < nodes; ++i)
@@ -275,14 +303,17 @@ double FemStructure::first_frequency() {
     const auto stiffness = [&](const VecX& from, VecX& to) {
       std::fill(f.begin(), f.end(), 0.0);
       scatter(dofs_, from, u);
+      spread(u);
       add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, u, f);
+      collect(f);
       gather(dofs_, f, to);
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
     return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6));
   }
+  constexpr int most_iterations = 2000;   // frequencies that differ by 1 in 1000 take some 1500
   double omega_sq = 0;
-  for (int iteration = 0; iteration < 30; ++iteration) {
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
     for (int i = 0; i < n; ++i) x[i] *= m[i];
     factor().solve(x.data(), y.data());
     double numerator = 0, denominator = 0;  // y K y = y M x_old
@@ -292,9 +323,9 @@ double FemStructure::first_frequency() {
     for (int i = 0; i < n; ++i) x[i] = y[i] * scale;
     const bool done = std::abs(next - omega_sq) < 1e-6 * next;
     omega_sq = next;
-    if (done) break;
+    if (done) return std::sqrt(omega_sq);
   }
-  return std::sqrt(omega_sq);
+  throw NumericalFailure(fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang by next to nothing?", spec_.name, most_iterations));
 }
 
 void FemStructure::preload() {
@@ -313,6 +344,7 @@ void FemStructure::preload() {
   double pressed = 0;
   if (gravity_.isZero(0) && bars_) {
     bars_->add_forces(u_.data(), 0, live_, f_int_.data());
+    collect(f_int_);
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
@@ -321,8 +353,10 @@ void FemStructure::preload() {
   const bool once = !finite_ && !bars_;
   double residual = 0, scale = 0, last = 0;   // squared
   int iterations = 0;
-  for (int pass = 0; pass < 40; ++pass) {
+  constexpr int most_passes = 40;
+  for (int pass = 0; pass < most_passes; ++pass) {
     if (n > largest_factored_system) {
+      progress(report_, spec_, mesh_, pass == 0 ? "permanent load" : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left", pass + 1, most_passes, std::sqrt(residual / scale)));
       iterations += multigrid().solve(b.data(), x.data(), once ? 1e-10 : 1e-4);   // no closer than a pass that is not linear comes to its balance
     } else {
       factor().solve(b.data(), x.data());
@@ -330,11 +364,13 @@ void FemStructure::preload() {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
+    spread(u_);
     if (once) break;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
+    collect(f_int_);
     last = residual, residual = 0, scale = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
@@ -393,9 +429,12 @@ void FemStructure::preload() {
   moved();
   forces(0);
   still_ = false;
-  report_(fmt::format("warning: under its permanent load no state at rest was found: {} cells are beyond the elastic limit of the concrete, and crack or yield by themselves from t = 0 on, which the run's damage, "
+  int worst = damage_->cells().front();
+  for (const int cell : damage_->cells())
+    if (std::max(damage_->tension(cell), damage_->compression(cell)) > std::max(damage_->tension(worst), damage_->compression(worst))) worst = cell;
+  report_(fmt::format("warning: under its permanent load no state at rest was found: {} cells are beyond the elastic limit of the concrete, the worst {}, and crack or yield by themselves from t = 0 on, which the run's damage, "
                       "cracks, reactions and damage class include, before any block arrives; see by a run without blocks how much that is. A deck needs bars or prestress that carry it ([[structure.rebar]] part = \"deck\"), "
-                      "what is pressed too much less prestress or a larger section", damage_->cells().size()));
+                      "what is pressed too much less prestress or a larger section", damage_->cells().size(), place_in_words(spec_, mesh_, worst)));
 }
 
 }  // namespace talus::fem

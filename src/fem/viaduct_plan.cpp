@@ -35,6 +35,7 @@ class Given {
                                   "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width", "bearing_height",
                                   "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments", "pier_diameter"};
     for (const auto& [key, value] : given_) {
+      if (key == "local_refinement") continue;   // no measure: how its zones of finer cells end
       if (std::find(std::begin(known), std::end(known), key) == std::end(known)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
       if (!std::isfinite(value)) bad(spec, key, fmt::format("{:g}", value), "must be a number", "correct it");
     }

@@ -150,9 +150,20 @@ std::string csv_text(const std::string& results, const std::string& path) {
   return fmt::to_string(text);
 }
 
+FileAndPart file_and_part(const std::string& in) {
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(in, ignored)) return {in, {}};
+  for (std::size_t hash = in.rfind('#'); hash != std::string::npos && hash > 0; hash = in.rfind('#', hash - 1))
+    if (std::filesystem::is_regular_file(in.substr(0, hash), ignored)) return {in.substr(0, hash), in.substr(hash + 1)};
+  std::size_t hash = in.rfind("#/");   // no such file
+  if (hash == std::string::npos) hash = in.find('#', in.rfind('/') + 1);
+  if (hash == std::string::npos) return {in, {}};
+  return {in.substr(0, hash), in.substr(hash + 1)};
+}
+
 void convert(const std::string& in, const std::string& out) {
-  const std::size_t hash = in.find('#');
-  const std::string file = in.substr(0, hash), path = hash == std::string::npos ? "/history/blocks" : in.substr(hash + 1);
+  const auto [file, part] = file_and_part(in);
+  const std::string path = part.value_or("/history/blocks");
   const std::string from = std::filesystem::path(file).extension().string(), to = std::filesystem::path(out).extension().string();
   if (from != ".h5" && from != ".hdf5") throw bad_file(in, {}, "cannot be converted into that", "convert results.h5#/path to .csv, results.h5#/history/blocks to .geojson, results.h5#/maps/kinetic to a grid, a mesh to a mesh, a volume mesh (.msh, .inp) to the other or to its surface, a grid (.asc, .tif) to a grid or a mesh");
   if (to != ".csv") throw bad_file(out, {}, fmt::format("results cannot be written as \"{}\"", to), "name a .csv file; paths of blocks go to .geojson, maps (results.h5#/maps/kinetic) to .tif or .asc, shapes (results.h5#/geometry/blocks) to a mesh");

@@ -7,9 +7,17 @@
 ///
 /// The first line holds the column names with their units, "B1.position.x [m]". Numbers keep all their digits.
 #pragma once
+#include <optional>
 #include <string>
 
 namespace talus::io {
+
+/// "FILE#PART" in two. A name may itself hold '#': the longest that is a file, and if there is none the part begins with "#/" or after the last folder.
+struct FileAndPart {
+  std::string file;
+  std::optional<std::string> part;
+};
+FileAndPart file_and_part(const std::string& in);
 
 /// Throws InputError for an unknown format, a missing file or path, and WriteError if OUT cannot be written.
 void convert(const std::string& in, const std::string& out);

@@ -82,7 +82,8 @@ std::vector<Key> block_keys() {
                {.path = "impact.point", .type = Type::vector, .dimension = length, .doc = "Where the block touches first.", .required = "unless trajectories is given"},
                {.path = "impact.clearance", .type = Type::quantity, .dimension = length, .fallback = "0.01 m", .doc = "Gap along the velocity at t = 0.", .min = 0},
                {.path = "impact.deformable", .type = Type::boolean, .doc = "As block.deformable."},
-               {.path = "impact.trajectories", .type = Type::path, .doc = "CSV with a header row; columns x, y, z, vx, vy, vz, and if they are there mass or volume (not both, unless they agree, and not beside the key), the spin wx, wy, wz and the orientation qw, qx, qy, qz, in SI; spin and orientation of the scene go before those of the file."},
+               {.path = "impact.trajectories", .type = Type::path, .doc = "CSV with a header row; columns x, y, z, vx, vy, vz, and if they are there mass or volume (not both, unless they agree, and not beside the key), the spin wx, wy, wz and the orientation qw, qx, qy, qz, in SI; spin and orientation of the scene go before those of the file. Or the histories of blocks by `talus convert results.h5#/history/blocks FILE.csv`: then the block's size is the scene's."},
+               {.path = "impact.block", .type = Type::text, .fallback = "\"\"", .doc = "Of a trajectories file with the histories of several blocks the one that strikes."},
                {.path = "impact.row", .type = Type::integer, .fallback = "1", .doc = "Row of the trajectories file, 1 the first below the header.", .min = 1, .max = 1e9}});
   return keys;
 }

@@ -36,6 +36,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.refine.region.min", .type = Type::vector, .dimension = length, .doc = "Lower corner.", .required = "always in structure.refine.region"},
       {.path = "structure.refine.region.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in structure.refine.region"},
       {.path = "structure.refine.cell_size", .type = Type::quantity, .dimension = length, .doc = "Edge of the cells in the zone.", .required = "always in structure.refine", .min = 0, .above = true},
+      {.path = "structure.refine.local", .type = Type::boolean, .fallback = "false", .doc = "The finer cells end at the border of the zone: cells that it cuts are halved until they are as small as asked, nodes between cells of two sizes hang (for every kind, file meshes too; with damage = \"none\"). false: the mesh's planes crowd in the zone and go on along each axis to the far side."},
       {.path = "structure.support", .type = Type::supports, .fallback = "[\"-z\"]",
        .doc = "Faces held (\"-x\" to \"+z\"), mesh groups by name, or tables { face = }, { group = }, { point = }, { line = [[..], [..]] }, { region = { min, max } } with `held = \"xyz\"` (the directions). [] leaves it free."},
       {.path = "structure.support.face", .type = Type::choice, .doc = "Face of the bounding box.", .choices = {"-x", "+x", "-y", "+y", "-z", "+z"}},

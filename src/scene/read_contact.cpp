@@ -178,7 +178,7 @@ const Entry* match(const std::vector<Entry>& entries, const std::string& a, cons
 struct Needs {
   std::set<std::pair<int, int>> pairs;       // lower index first
   std::set<std::pair<int, int>> fragments;   // only pieces of a structure can make these
-  std::set<std::pair<int, int>> structures;  // two structures touch each other only where an entry says so
+  std::set<std::pair<int, int>> optional;    // two structures touch each other only where an entry says so
 };
 
 Needs needed_pairs(const Scene& scene) {
@@ -205,8 +205,13 @@ Needs needed_pairs(const Scene& scene) {
     }
   if (scene.impact && !scene.structures.empty())
     needs.pairs.insert(pair(scene.impact->material, scene.structures[static_cast<std::size_t>(scene.impact->structure)].material));
+  // A viaduct keeps its terrain under the one block of [impact]: talus impact asks for the law, talus run has no use for it.
+  if (scene.impact && scene.site && !scene.structures.empty() && scene.structures[static_cast<std::size_t>(scene.impact->structure)].kind == "viaduct") {
+    needs.optional.insert(pair(scene.impact->material, scene.site->material));
+    for (const auto& area : scene.site->material_areas) needs.optional.insert(pair(scene.impact->material, area.material));
+  }
   for (std::size_t i = 0; i < scene.structures.size(); ++i)
-    for (std::size_t j = i + 1; j < scene.structures.size(); ++j) needs.structures.insert(pair(scene.structures[i].material, scene.structures[j].material));
+    for (std::size_t j = i + 1; j < scene.structures.size(); ++j) needs.optional.insert(pair(scene.structures[i].material, scene.structures[j].material));
   if (scene.coupling.fragments && scene.coupling.scheme == Coupling::Scheme::two_way)
     for (const StructureSpec& s : scene.structures)
       if (s.damage != "none")
@@ -387,7 +392,7 @@ void read_interfaces(Reading& in, const View& root) {
       const std::string& first = scene.materials[static_cast<std::size_t>(a)].name;
       const std::string& second = scene.materials[static_cast<std::size_t>(b)].name;
       const bool needed = needs.pairs.count({a, b}) > 0;
-      if (!clean || (!needed && needs.fragments.count({a, b}) == 0 && needs.structures.count({a, b}) == 0)) continue;
+      if (!clean || (!needed && needs.fragments.count({a, b}) == 0 && needs.optional.count({a, b}) == 0)) continue;
       bool contradiction = false;
       const Entry* entry = match(entries, first, second, contradiction);
       if (!entry) {

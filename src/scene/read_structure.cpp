@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 
 #include "core/suggest.hpp"
 #include "core/units.hpp"
@@ -74,10 +76,16 @@ void read_refinements(const View& view, StructureSpec& spec) {
     zone.cell_size = at.number("cell_size");
     if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size) at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
     spec.refinements.push_back(zone);
+    const bool local = at.flag("local");
+    if (local && spec.refinements.size() == 1) spec.parameters.emplace_back("local_refinement", 1);
+    if (local != (!spec.parameters.empty() && spec.parameters.back().first == "local_refinement")) at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
+    if (local && spec.damage != "none") at.problem("local", "cells that crack are not refined locally yet", "remove it (fine cells then go on along each axis to the far side), or write damage = \"none\"");
   }
   if (!view.has("refine")) return;
-  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "refine in the mesh generator");
-  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells");
+  const bool local = !spec.parameters.empty() && spec.parameters.back().first == "local_refinement";
+  if (local) return;
+  if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "write local = true in each zone, or refine in the mesh generator");
+  else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells, or write local = true in each zone");
 }
 
 /// A viaduct's own key for what `diameter` says; a resolved scene has width and depth beside it.
@@ -291,6 +299,38 @@ namespace {
 
 constexpr double least_mass = 1e-15;   // of a block by a file [kg]: a grain of a thousandth of a millimetre
 
+/// Columns of the history of blocks as talus convert writes it, "B1.position.x [m]", under the names of a trajectories file. Of several blocks the one that `wanted` names; empty: there
+/// is one. Other headers stay as they are; none if a problem was reported.
+std::optional<std::vector<std::string>> named_columns(const View& view, std::vector<std::string> header, const std::string& wanted) {
+  static const std::map<std::string, std::string> names{{"position.x", "x"}, {"position.y", "y"}, {"position.z", "z"}, {"velocity.x", "vx"}, {"velocity.y", "vy"}, {"velocity.z", "vz"},
+                                                        {"spin.x", "wx"}, {"spin.y", "wy"}, {"spin.z", "wz"},
+                                                        {"orientation.w", "qw"}, {"orientation.x", "qx"}, {"orientation.y", "qy"}, {"orientation.z", "qz"}};
+  std::vector<std::string> blocks;
+  for (const std::string& column : header)
+    if (const std::size_t end = column.rfind(".position.x"); end != std::string::npos && end > 0) blocks.push_back(column.substr(0, end));
+  if (blocks.empty()) {
+    if (wanted.empty()) return header;
+    view.problem("block", "the trajectories file holds no histories of blocks", "remove the key, or convert results.h5#/history/blocks to CSV");
+    return {};
+  }
+  std::string block = wanted.empty() && blocks.size() == 1 ? blocks[0] : wanted;
+  if (block.empty()) {
+    view.problem("block", fmt::format("the trajectories file holds the histories of {} blocks", blocks.size()), fmt::format("name one of them: {}{}", fmt::join(blocks.begin(), blocks.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(blocks.size(), 5)), ", "), blocks.size() > 5 ? ", ..." : ""));
+    return {};
+  }
+  if (std::find(blocks.begin(), blocks.end(), block) == blocks.end()) {
+    const std::string near = nearest_name(block, blocks);
+    view.problem("block", "the trajectories file holds no such block", near.empty() ? fmt::format("name one of it: {}", blocks[0]) : fmt::format("did you mean \"{}\"?", near));
+    return {};
+  }
+  for (std::string& column : header) {
+    if (!column.starts_with(block + ".")) continue;
+    const std::string rest = column.substr(block.size() + 1);
+    if (const auto known = names.find(rest.substr(0, rest.find(" ["))); known != names.end()) column = known->second;
+  }
+  return header;
+}
+
 /// One row of a trajectories file, its numbers by the names of their columns.
 struct TrajectoryRow {
   const View& view;
@@ -371,7 +411,9 @@ void read_impact(Reading& in, const View& root) {
       view->problem("row", fmt::format("the file has {} rows", rows.size()), "choose one of them");
       return;
     }
-    const TrajectoryRow numbers{*view, header, rows[row - 1], fmt::format("row {} (line {})", row, lines[row - 1])};
+    const auto named = named_columns(*view, header, view->text("block"));
+    if (!named) return;
+    const TrajectoryRow numbers{*view, *named, rows[row - 1], fmt::format("row {} (line {})", row, lines[row - 1])};
     const auto column = [&](const std::string& name) { return numbers.column(name); };
     impact.trajectory = fmt::format("{} of {}", numbers.name, path);
     std::string lacking;

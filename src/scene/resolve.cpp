@@ -155,7 +155,8 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (placed) out["orientation"] = rotation(s.rotation);
   if (s.cell_size > 0) out["cell_size"] = s.cell_size;
   if (s.cells[0] > 0) out["cells"] = s.cells;
-  for (const auto& zone : s.refinements) out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}});
+  const bool local = std::any_of(s.parameters.begin(), s.parameters.end(), [](const auto& p) { return p.first == "local_refinement"; });
+  for (const auto& zone : s.refinements) out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}, {"local", local}});
   out["support"] = Json::array();
   for (const auto& support : s.supports) {
     Json one;
@@ -186,7 +187,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (!s.parameters.empty()) {
     Json parameters = Json::object();
     for (const auto& [name, value] : s.parameters)
-      if (name != "centred") parameters[name] = value;
+      if (name != "centred" && name != "local_refinement") parameters[name] = value;
     out["parameters"] = parameters;
   }
   return out;

@@ -5,10 +5,12 @@
 
 #include <fmt/format.h>
 
+#include "contact/structure_plan.hpp"
 #include "core/solid_mesh_parts.hpp"
 #include "coupling/touch.hpp"
 #include "sim/fineness.hpp"
 #include "sim/footing.hpp"
+#include "sim/free_structures.hpp"
 
 namespace talus::sim {
 
@@ -52,23 +54,44 @@ void Builder::add_structures() {
     world_->displaced.resize(env_.structures.size());
     return;
   }
-  for (StructureSpec spec : world_->scene.structures) {
+  const auto add_problems_of = [this](const InputError& e, const StructureSpec& spec) {
+    for (Problem p : e.problems()) {
+      if (p.file.empty()) p.file = world_->scene.file;
+      if (p.key.rfind("structure", 0) != 0) p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
+      problems_.push_back(std::move(p));
+    }
+  };
+  constexpr double large = 2e4;   // cells: fewer are made and solved in a moment
+  // What cannot be is said before the first of them is made and solved, which may take minutes.
+  std::vector<StructureSpec> specs = world_->scene.structures;
+  std::vector<char> possible;
+  for (StructureSpec& spec : specs) {
+    // The index lives as long as the world does, this builder does not.
+    if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
+    possible.push_back(0);
+    try {
+      const StructurePlan plan = plan_structure(spec, model_.gravity);
+      if (plan.cells >= large) world_->report("plan: " + plan.text);
+      possible.back() = 1;
+    } catch (const InputError& e) {
+      add_problems_of(e, spec);
+    }
+  }
+  std::size_t next = 0;
+  for (const StructureSpec& spec : specs) {
+    if (possible[next++] == 0) continue;
     coupling::StructurePart part;
     part.material = spec.material;
     part.fixed_surface = world_->scene.coupling.scheme != scene::Coupling::Scheme::two_way;
     part.one_way = world_->scene.coupling.scheme == scene::Coupling::Scheme::one_way;
-    // The index lives as long as the world does, this builder does not.
-    if (terrain_) spec.ground = [ground = env_.terrain.get()](double x, double y) { return ground->height(x, y); };
     try {
       part.structure = load_structure(spec, model_.gravity, report_of(spec.name));
     } catch (const InputError& e) {
-      for (Problem p : e.problems()) {
-        if (p.file.empty()) p.file = world_->scene.file;
-        if (p.key.rfind("structure", 0) != 0) p.key = fmt::format("structure.{}{}{}", spec.name, p.key.empty() ? "" : ".", p.key);
-        problems_.push_back(std::move(p));
-      }
+      add_problems_of(e, spec);
       continue;
     }
+    if (part.stepped() && part.structure->dofs() == 0)
+      problem(fmt::format("structure.{}.support", spec.name), "", "holds every node: nothing of the structure can move", "hold fewer faces, take more cells, or coupling.scheme = \"rigid\" for an obstacle that does not give way");
     part.index = part.fixed_surface ? std::make_unique<contact::SurfaceIndex>(part.structure->surface()) : coupling::moving_index(part.structure->surface());
     check_probes(spec, part.index->bounds());
     add_warnings(unmerged_parts(spec));
@@ -121,6 +144,7 @@ void Builder::pair_structures() {
       const bool first_finer = edge_a < edge_b * (1 - 1e-9) || (edge_a <= edge_b * (1 + 1e-9) && a.index->bounds().volume() < b.index->bounds().volume());
       env_.touching_structures.push_back(first_finer ? std::pair(j, i) : std::pair(i, j));
     }
+  add_problems(free_structure_problems(world_->scene, env_, model_, state_.blocks));
 }
 
 /// A structure without supports that lies on another is in no preload: its weight comes onto both at once, at t = 0.

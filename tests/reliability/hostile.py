@@ -24,6 +24,8 @@ BLOCK = '[[block]]\nname = "B"\nmaterial = "rock"\nshape = "box"\nsize = [1, 1, 
 CONCRETE = '[[material]]\nname = "C40"\nf_cm = "48 MPa"\n'
 COLUMN = ('[[structure]]\nname = "P"\nkind = "column"\nmaterial = "C40"\nbase = [9, 0, 0]\nsection = [1, 1]\nheight = 4\n'
           'cell_size = 0.5\nsupport = ["-z"]\n')
+FREE = CONCRETE + ('[[structure]]\nname = "P"\nkind = "box"\nmaterial = "C40"\nposition = {}\nsize = [1, 1, 1]\ncells = [2, 2, 2]\nsupport = []\n'
+                   'preload = "none"\ndamage = "none"\ninitial_velocity = [0, 0, 0]\n')
 HEAD = "schema = 1\n" + SIMULATION + LAWS + ROCK
 
 
@@ -164,6 +166,16 @@ CASES = {
     "cells-without-number": (HEAD + PLANE + BODY + column(cell_size=None, cells="[100000, 100000, 100000]"), {}, ["structure.P.cells"]),
     "cells-of-microns": (HEAD + PLANE + BODY + column(cell_size='"1 um"'), {}, ["structure.P.cell_size"]),
     "cells-of-microns-in-a-zone": (HEAD + PLANE + BODY + column("[[structure.refine]]\nregion = { min = [8, -1, 3], max = [10, 1, 5] }\ncell_size = 1e-6\n"), {}, ["scene.toml:", "structure.P.refine", "million cells"]),
+    "local-zone-of-concrete-that-cracks": (HEAD + PLANE + BODY + column('damage = "concrete"\n[[structure.refine]]\nregion = { min = [8, -1, 3], max = [10, 1, 5] }\ncell_size = 0.1\nlocal = true\n'), {}, ["structure.P.refine.0.local", 'damage = "none"']),
+    "local-zone-beside-the-structure": (HEAD + PLANE + BODY + column('[[structure.refine]]\nregion = { min = [80, -1, 3], max = [90, 1, 5] }\ncell_size = 0.1\nlocal = true\n'), {}, ["structure.P.refine", "no cell lies in them"]),
+    "zones-of-both-kinds": (HEAD + PLANE + BODY + column('[[structure.refine]]\nregion = { min = [8, -1, 3], max = [10, 1, 5] }\ncell_size = 0.1\nlocal = true\n[[structure.refine]]\nregion = { min = [8, -1, 0], max = [10, 1, 1] }\ncell_size = 0.1\n'), {}, ["structure.P.refine.1.local", "same for all zones"]),
+    "structure-that-is-held-everywhere": (HEAD + PLANE + BODY + column(cells="[1, 1, 1]", cell_size=None, support='["-z", "+z"]'), {}, ["structure.P.support", "holds every node", 'scheme = "rigid"']),
+    "structure-that-is-held-everywhere-and-weightless": (HEAD + PLANE + BODY + column(cells="[4, 4, 1]", cell_size=None, support='["-x", "+x", "-y", "+y", "-z", "+z"]', preload='"none"', damping_ratio="0.02"), {}, ["structure.P.support", "holds every node"]),
+    "obstacle-that-is-held-everywhere": (HEAD + PLANE + BODY + column("[[structure.load]]\nregion = { min = [8, -1, 3], max = [9, 1, 4] }\ntraction = [1e6, 0, 0]\n[coupling]\nscheme = \"rigid\"\n", cells="[1, 1, 1]", cell_size=None, support='["-z", "+z"]'), {}, ["structure.P.load", "has no effect"], 0),
+    "free-structure-over-a-plane": (HEAD + PLANE + FREE.format("[9, 0, 0.52]"), {}, ["structure.P.support", "plane 1", "[[structure]] with supports"]),
+    "free-structure-over-terrain": (HEAD + site("g.asc") + FREE.format("[7, 7, 10]").replace("initial_velocity = [0, 0, 0]", "initial_velocity = [0, 0, -60]"), {"g.asc": grid()}, ["structure.P.support", "the terrain"]),
+    "free-structure-beside-a-wall": (HEAD + block(name='"W"', fixed="true", position="[12, 0, 3]") + FREE.format("[9, 0, 3]").replace("initial_velocity = [0, 0, 0]", "initial_velocity = [30, 0, 0]"), {}, ["structure.P.support", "the fixed block W"]),
+    "free-structure-that-is-pushed": (HEAD + block(name='"W"', fixed="true", position="[12, 0, 3]") + block(position="[6, 0, 3]", velocity="[30, 0, 0]") + FREE.format("[9, 0, 3]"), {}, ["structure.P.support", "the fixed block W"]),
     "spans-without-number": (HEAD + PLANE + BODY + CONCRETE + '[[structure]]\nname = "V"\nkind = "viaduct"\nmaterial = "C40"\nposition = [20, 0, 0]\ncell_size = 1\nspans = 1e9\n', {}, ["structure.V.spans", "1000"]),
     "bars-by-the-wrong-keys": (HEAD + PLANE + BODY + column("".join(f'[[structure.rebar]]\nkind = "{kind}"\nbars = 8\nspacing = 0.2\ndiameter = "20 mm"\ncover = "40 mm"\n' for kind in ("longitudinal", "stirrups"))), {}, ["structure.P.rebar.0.spacing = 0.2: only stirrups", "structure.P.rebar.1.bars = 8: only longitudinal"], 0),
     "bars-that-break-at-once": (HEAD + PLANE + BODY + column('[[structure.rebar]]\nkind = "longitudinal"\nbars = 8\ndiameter = "20 mm"\ncover = "40 mm"\nultimate_strain = 1e-9\n'), {}, ["structure.P.rebar.0.ultimate_strain"]),
@@ -213,6 +225,7 @@ CASES = {
     "formulas-negative": (["formulas", "--mass", "-5", "--velocity", "10"], {}, ["--mass"]),
     "formulas-nan": (["formulas", "--mass", "5", "--velocity", "nan"], {}, ["--velocity"]),
     "explain-nonsense": (["explain", "blok.size"], {}, ["block"]),
+    "verify-of-nothing": (["verify", "coupling/C2b", "--quick"], {}, ["--quick", "C2b"]),
     "verify-nonsense": (["verify", "everything"], {}, ["everything"]),
 }
 

@@ -5,8 +5,10 @@
 #include <cstring>
 
 #include "core/error.hpp"
+#include "core/memory.hpp"
 #include "core/types.hpp"
 #include "fem/cholmod/factorization.hpp"
+#include "fem/not_enough_memory.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 extern "C" void omp_set_max_active_levels(int) __attribute__((weak));
@@ -33,7 +35,7 @@ class Supernodal : public Factorization {
     common_.print = 0;
     try {
       again(a, shift, d, ordering);
-    } catch (const NumericalFailure&) {
+    } catch (const std::exception&) {
       release();
       throw;
     }
@@ -110,7 +112,7 @@ class Supernodal : public Factorization {
     rhs.x = const_cast<double*>(b);
     rhs.xtype = CHOLMOD_REAL;
     rhs.dtype = CHOLMOD_DOUBLE;
-    cholmod_l_solve2(system, factor_, &rhs, nullptr, &solution_, nullptr, &y_, &e_, &common_);
+    if (cholmod_l_solve2(system, factor_, &rhs, nullptr, &solution_, nullptr, &y_, &e_, &common_) == 0 || solution_ == nullptr) fail(8.0 * n_ * (columns + 8));
     std::memcpy(x, solution_->x, sizeof(double) * rhs.nzmax);
   }
   /// The elimination tree by supernodes, and how many columns lie on the way from each to its root.
@@ -137,6 +139,7 @@ class Supernodal : public Factorization {
   }
   void factorize(const SymmetricMatrix& a, double shift, const std::vector<double>& d, std::vector<std::int64_t>* ordering) {
     cholmod_sparse* s = cholmod_l_allocate_sparse(a.n, a.n, a.row.size(), 1, 1, -1, CHOLMOD_REAL, &common_);
+    if (s == nullptr) fail(16.0 * static_cast<double>(a.row.size()));
     auto* value = static_cast<double*>(s->x);
     for (int c = 0; c <= a.n; ++c) longs(s->p)[c] = a.column[c];
     for (std::size_t k = 0; k < a.row.size(); ++k) longs(s->i)[k] = a.row[k], value[k] = a.value[k];
@@ -155,8 +158,18 @@ class Supernodal : public Factorization {
     } else {
       factor_ = cholmod_l_analyze(s, &common_);
     }
-    cholmod_l_factorize(s, factor_, &common_);
+    // The analysis says how large the factor becomes: what is not there is not asked for.
+    const double wanted = factor_ != nullptr && factor_->x == nullptr ? 8.0 * static_cast<double>(factor_->xsize) : 0;
+    if (factor_ != nullptr && wanted < available_memory()) cholmod_l_factorize(s, factor_, &common_);
+    else if (common_.status == CHOLMOD_OK) common_.status = CHOLMOD_OUT_OF_MEMORY;
     cholmod_l_free_sparse(&s, &common_);
+    if (common_.status == CHOLMOD_OUT_OF_MEMORY || common_.status == CHOLMOD_TOO_LARGE) fail(wanted);
+  }
+  /// `wanted`: what was to be had at least [bytes].
+  [[noreturn]] void fail(double wanted) const {
+    if (common_.status == CHOLMOD_TOO_LARGE) throw NotEnoughMemory(fmt::format("the factor of its stiffness ({} degrees of freedom) is larger than its numbers can count", n_));
+    if (common_.status != CHOLMOD_OUT_OF_MEMORY) throw NumericalFailure(fmt::format("The factor of the stiffness of the structure cannot be made or used (CHOLMOD status {})", common_.status));
+    throw NotEnoughMemory(fmt::format("the factor of its stiffness ({} degrees of freedom) takes {:.3g} GB, {:.3g} GB are free", n_, wanted / 1e9, available_memory() / 1e9));
   }
   void release() {
     cholmod_l_free_dense(&solution_, &common_);

@@ -32,6 +32,11 @@ void start_mpi() {
   });
 }
 
+/// Epetra and ML answer by numbers: below 0 an error, above it a warning. `what` was not done.
+void require(int code, const char* what) {
+  if (code < 0) throw NumericalFailure(fmt::format("Multigrid: {} failed (Trilinos error {})", what, code));
+}
+
 constexpr int largest_smoothed = 400000;   // degrees of freedom
 
 /// Aggregates that reach over soft springs from one body to the next would move both as one, at the cost of the cells' own stiffness: what such springs couple is left to the conjugate
@@ -67,7 +72,8 @@ class Multigrid : public LinearSolver {
     list.set("null space: type", "pre-computed");
     list.set("null space: dimension", 6);
     list.set("null space: vectors", motions_.data());
-    preconditioner_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list);
+    preconditioner_ = std::make_unique<ML_Epetra::MultiLevelPreconditioner>(*matrix_, list, false);
+    require(preconditioner_->ComputePreconditioner(), "the preconditioner");
   }
 
   int solve(const double* b, double* x, double tolerance) override {
@@ -81,7 +87,7 @@ class Multigrid : public LinearSolver {
     solution.setZero();
     for (; r.norm() > enough && iteration < most_iterations; ++iteration) {
       Epetra_Vector from = vector(r), to = vector(z);
-      preconditioner_->ApplyInverse(from, to);
+      require(preconditioner_->ApplyInverse(from, to), "a cycle of the preconditioner");
       const double last = rz;
       rz = r.dot(z);
       if (iteration == 0) p = z;
@@ -104,7 +110,7 @@ class Multigrid : public LinearSolver {
   template <class V>
   void multiply(const V& x, VecX& y) const {
     Epetra_Vector from(View, map_, const_cast<double*>(x.data())), to(View, map_, y.data());
-    matrix_->Multiply(false, from, to);
+    require(matrix_->Multiply(false, from, to), "a product with the stiffness");
     for (const Entry& e : between_) y[e.row] += e.value * x[e.column], y[e.column] += e.value * x[e.row];
   }
   /// Both triangles by rows, without what couples bodies, which goes to between_; the triangle given is freed.
@@ -135,11 +141,11 @@ class Multigrid : public LinearSolver {
       for (std::int64_t k = a.column[c]; k < a.column[c + 1]; ++k) {
         if (!within(a.row[k], c)) continue;
         row.push_back(a.row[k]), value.push_back(a.value[k]);
-        if (a.row[k] != c) matrix->InsertGlobalValues(a.row[k], 1, &a.value[k], &c);
+        if (a.row[k] != c) require(matrix->InsertGlobalValues(a.row[k], 1, &a.value[k], &c), "the assembly of the stiffness");
       }
-      matrix->InsertGlobalValues(c, static_cast<int>(row.size()), value.data(), row.data());
+      require(matrix->InsertGlobalValues(c, static_cast<int>(row.size()), value.data(), row.data()), "the assembly of the stiffness");
     }
-    matrix->FillComplete();
+    require(matrix->FillComplete(), "the assembly of the stiffness");
     return matrix;
   }
 

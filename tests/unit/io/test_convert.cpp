@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <sstream>
 
 #include "core/error.hpp"
@@ -153,4 +154,17 @@ TEST_F(Converted, BlocksOfAnyTimeAreClosedSurfacesThatGoBackToHdf5) {
   for (const char* when : {"noon", "nan", "inf", "-5", "99", "8.01"}) EXPECT_THROW(io::read_blocks(results, when), InputError) << when;
   EXPECT_EQ(io::read_blocks(results, "8.000001").vertices, io::read_blocks(results, "end").vertices);   // rounded
   EXPECT_NE(io::read_blocks(results, "0").vertices, io::read_blocks(results, "end").vertices);
+}
+
+TEST_F(Converted, FoldersMayHaveAHashInTheirNames) {
+  const auto folder = scratch.path / "site #2";
+  std::filesystem::create_directories(folder);
+  std::filesystem::copy_file(results, folder / "results.h5");
+  const std::string moved = (folder / "results.h5").string(), out = (scratch.path / "ledger.csv").string();
+  io::convert(moved + "#/ledger", out);
+  EXPECT_TRUE(io::read_file(out).starts_with("time [s],"));
+  io::convert(moved, out);
+  EXPECT_NE(io::read_file(out).find("B1.position.x [m]"), std::string::npos);
+  EXPECT_EQ(io::file_and_part((folder / "missing.h5").string()).part, std::nullopt);
+  EXPECT_EQ(io::file_and_part((folder / "missing.h5").string() + "#/ledger").part, "/ledger");
 }

@@ -383,6 +383,27 @@ TEST(ReadScene, ImpactFromSpeedAndFromATrajectory) {
   EXPECT_TRUE(resolved.impact->rotation.isApprox(w.impact->rotation, 1e-14));
 }
 
+TEST(ReadScene, ImpactByTheHistoriesThatConvertWrites) {
+  const Place place;
+  const std::string head = "schema = 1\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[material]]\nname = \"C40\"\nf_cm = \"48 MPa\"\n[[interface]]\nbetween = [\"*\", \"*\"]\nfriction = 0.5\n",
+                    structure = "[[structure]]\nname = \"P\"\nkind = \"column\"\nmaterial = \"C40\"\nbase = [0, 0, 0]\nsection = [2, 2]\nheight = 6\ncell_size = 1\n";
+  const auto scene = [&](const std::string& keys) { return read_scene_text(head + "[impact]\nmaterial = \"rock\"\nshape = \"EOTA111\"\nvolume = 1\ntrajectories = \"histories.csv\"\n" + keys + structure, place.scene()); };
+  const Scene s = scene("block = \"B 2\"\n");
+  EXPECT_EQ(s.impact->point, Vec3(4, 5, 6));
+  EXPECT_EQ(s.impact->velocity, Vec3(10, 11, 12));
+  EXPECT_EQ(s.impact->spin, Vec3(1, 2, 3));
+  EXPECT_TRUE(s.impact->rotation.isApprox(Quat(0.6, 0, 0, 0.8).toRotationMatrix(), 1e-14));
+  EXPECT_EQ(scene("block = \"B1\"\nrow = 2\n").impact->velocity, Vec3(-7, -8, -9));
+  for (const std::string keys : {"", "block = \"B3\"\n"}) {
+    try {
+      scene(keys);
+      ADD_FAILURE() << "not refused: " << keys;
+    } catch (const InputError& e) {
+      EXPECT_EQ(e.problems().front().key, "impact.block");
+    }
+  }
+}
+
 TEST(ReadScene, PaperMethodAlwaysDeforms) {
   const Place place;
   const std::string both_ways = changed(full, "accuracy = 1e-3", "method = \"dda-1988\"\nstep = \"1e-4 s\""), paper = changed(both_ways, "scheme = \"two-way\"\n", "");

@@ -1,0 +1,9 @@
+/// What a process may still take of memory: the least of what the system, its control group and its own limit leave.
+#pragma once
+
+namespace talus {
+
+/// [bytes]; infinite where the system does not say.
+double available_memory();
+
+}  // namespace talus

@@ -1,0 +1,13 @@
+/// What a structure will be, from its measures alone.
+#pragma once
+#include "contact/structure_plan.hpp"
+
+namespace talus::fem {
+
+/// Throws InputError as plan_structure() does.
+StructurePlan plan_of(const StructureSpec& spec, const Vec3& gravity);
+
+/// Cells of a structure that is generated, about. Throws InputError where they are too many for this machine.
+double cell_count(const StructureSpec& spec);
+
+}  // namespace talus::fem

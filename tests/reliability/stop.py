@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""SIGTERM and SIGINT end a run within seconds, whatever it is at: building a large structure, or a step that lasts for minutes. What ends within a step goes on with --resume.
+
+    stop.py TALUS
+"""
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+
+SCENE = """
+schema = 1
+[simulation]
+duration = 0.2
+threads = 1
+[output]
+interval = 0.2
+history_interval = 0.1
+report = false
+[[material]]
+name = "m"
+density = 2500
+young = "30 GPa"
+poisson = 0.2
+[[structure]]
+name = "S"
+kind = "column"
+material = "m"
+base = [0, 0, 0]
+section = [4, 4]
+height = 16
+cells = [%d, %d, %d]
+support = ["-z"]
+preload = "none"
+integrator = "explicit"
+"""
+PATIENCE = 60   # [s]: five by the program, the rest for a crowded machine
+failures = []
+
+
+def check(name, good, told=""):
+    if not good:
+        failures.append(name)
+    print(f"{'ok  ' if good else 'FAIL'} {name} {'' if good else told}")
+
+
+def stop(work, name, cells, number, wait_for):
+    """Starts a run, sends the signal once `wait_for` has been told (empty: after a second); exit code, words, seconds."""
+    scene = work / f"{name}.toml"
+    scene.write_text(SCENE % cells)
+    run = subprocess.Popen([program, "run", scene, "-o", work / name], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    said = ""
+    while wait_for and wait_for not in said:
+        line = run.stdout.readline()
+        if not line:
+            break
+        said += line
+    time.sleep(1)
+    sent = time.monotonic()
+    run.send_signal(number)
+    try:
+        said += run.communicate(timeout=PATIENCE)[0]
+    except subprocess.TimeoutExpired:
+        run.kill()
+        return None, said + run.communicate()[0], PATIENCE
+    return run.returncode, said, time.monotonic() - sent
+
+
+def main():
+    with tempfile.TemporaryDirectory() as work:
+        work = pathlib.Path(work)
+        for number in (signal.SIGTERM, signal.SIGINT):
+            code, said, seconds = stop(work, f"step{number}", (48, 48, 192), number, "Cohesion and tension")
+            check(f"{number.name} within a long step", code == 128 + number, f"exit code {code} after {seconds:.1f} s: {said[-500:]}")
+            check("says how to go on", "--resume" in said, said[-500:])
+        code, said, seconds = stop(work, "build", (48, 48, 192), signal.SIGTERM, "")
+        check("SIGTERM while it is built", code == 128 + signal.SIGTERM, f"exit code {code}: {said[-500:]}")
+        check("nothing is written yet", not (work / "build" / "results.h5").exists())
+    return 1 if failures else 0
+
+
+program = sys.argv[1]
+sys.exit(main())
