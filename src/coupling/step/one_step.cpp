@@ -189,7 +189,7 @@ bool OneStep::impacts(Moment& m) {
       for (std::size_t i = 0; i < found.impulse.size(); ++i) found.impulse[i] = plastic.impulse[i] + k * (found.impulse[i] - plastic.impulse[i]);
       found.ok = plastic.ok;
     }
-    if (!found.ok && n + 1 == most) return false;
+    if (!found.ok) return false;
     const double lost = e0 - kinetic(masses, found.v);
     double rubbed = 0;
     for (std::size_t i = 0; i < m.rows.size(); ++i) rubbed -= 0.5 * found.impulse[i].tail<2>().dot((m.rows[i].slip + at[i].velocity(m.rows[i], found.v)).tail<2>());
@@ -242,7 +242,7 @@ bool OneStep::accelerations(Moment& m) {
   return found.ok;
 }
 
-bool OneStep::smooth(const Group& group, const Moment& start, double h, Trial& trial) {
+bool OneStep::smooth(const Moment& start, double h, Trial& trial) {
   constexpr int most = 8;
   put(start);
   trial = Trial{};
@@ -312,12 +312,10 @@ bool OneStep::smooth(const Group& group, const Moment& start, double h, Trial& t
     }
     if (moved < 1 && !turned) break;
   }
-  for (std::size_t i = 0; i < trial.rows.size(); ++i) {
-    const std::vector<Vec6> after = velocities_of(trial.end.bodies);
+  const std::vector<Vec6> after = velocities_of(trial.end.bodies);
+  for (std::size_t i = 0; i < trial.rows.size(); ++i)
     trial.work.friction_work -= 0.5 * trial.rows[i].impulse.tail<2>().dot((at[i].velocity(trial.rows[i], before) + at[i].velocity(trial.rows[i], after)).tail<2>());
-  }
   lead_along(trial);
-  (void)group;
   return true;
 }
 

@@ -66,7 +66,7 @@ class OneStep {
   void slip(Moment& m) const;
   bool impacts(Moment& m);
   bool accelerations(Moment& m);
-  bool smooth(const Group& group, const Moment& start, double h, Trial& trial);
+  bool smooth(const Moment& start, double h, Trial& trial);
   void lead_along(Trial& trial);
   void find_event(const Group& group, const Moment& start, double h, Trial& trial);
   double measure_error(const Moment& start, double h, const Trial& trial) const;
