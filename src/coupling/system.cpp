@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -15,6 +16,7 @@
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
+#include "coupling/step/one_step.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -189,17 +191,25 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
 
   std::vector<IslandReport> reports(p.islands.size());
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
-  const auto run = [&](std::size_t i) {
-    auto& stepper = steppers.local();
-    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
-    const Island& island = p.islands[i];
-    double hint = 0;   // the smallest suggestion among its blocks and structures
+  const char* asked = std::getenv("TALUS_ONE_STEP");   // 1: islands of rigid blocks with hard contact go by the one step, which is being built
+  const bool one_step = asked != nullptr && asked[0] == '1';
+  const auto hint_of = [&](const Island& island) {   // the smallest suggestion among its blocks and structures
+    double hint = 0;
     const auto count = [&](double h) {
       if (h > 0) hint = hint > 0 ? std::min(hint, h) : h;
     };
     for (int b : island.blocks) count(state_.step[static_cast<std::size_t>(b)]);
     for (int q : island.structures) count(state_.structure_step[static_cast<std::size_t>(q)]);
-    reports[i] = stepper->advance(island, state_.time, duration, hint, stop, rows);
+    return hint;
+  };
+  const auto run = [&](std::size_t i) {
+    if (one_step && step::OneStep::takes(model_, env_, state_.contacts, p.islands[i])) {
+      reports[i] = step::OneStep(model_, state_.blocks, env_, state_.contacts, settings_.step).advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop);
+      return;
+    }
+    auto& stepper = steppers.local();
+    if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
+    reports[i] = stepper->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
   };
   if (settings_.threads > 1 && p.islands.size() > 1) {
     tbb::parallel_for(std::size_t{0}, p.islands.size(), run);
