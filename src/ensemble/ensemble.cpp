@@ -219,7 +219,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   }
   sim::World& world = simulation->world();
   m.start = centroids(*simulation);
-  world.ledger();   // energies are counted from here
+  world.ledger(world.now());   // energies are counted from here
   Path path(*simulation, lines_, [&world](double x, double y) { return sim::ground_height(world.system->environment().terrain.get(), world.system->environment().planes, Vec3(x, y, above_all)); }, origin_, settings_.map_cell);
   std::atomic<int> halt{0};
   bool over = false;
@@ -234,7 +234,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   m.steps = world.counters().steps;
   m.end = centroids(*simulation);
   m.message = result.message;
-  const sim::LedgerRow ledger = world.ledger();
+  const sim::LedgerRow ledger = world.ledger(world.now());
   const double largest = std::max(path.largest_kinetic(), world.energy_peak), scale = largest > 0 ? 1 / largest : 0;
   m.energy_residual = scale * ledger.residual;
   m.numerical_gain = scale * std::max(0.0, -ledger.by_the_scheme());
