@@ -122,7 +122,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     return std::any_of(touches_.begin(), touches_.end(), [&](const Touch& k) { return k.row >= 0 && k.impulse[0] > 0 && k.b == t.b && k.a == t.a && k.at.key == t.at.key; });
   };
   for (const Touch& t : closed) {
-    if (std::abs(t.approach) > std::max(slowest, slow_speed()) && !(std::abs(t.approach) < lasting * speed_ && pressed(t))) continue;
+    if (std::abs(t.approach) > slowest && !(std::abs(t.approach) < lasting * speed_ && pressed(t))) continue;
     const auto kb = static_cast<std::size_t>(t.b);
     const bool of_blocks = t.a.kind == Partner::Kind::block;
     const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);

@@ -181,12 +181,10 @@ double IslandStepper::project(double h) {
     all += model_.blocks[k].mass;
   }
   mean /= all;
-  for (const Body& b : bodies_)   // what rubs on something fixed is at rest with it, not with its own centre
-    for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
-      const auto kind = static_cast<Partner::Kind>(m.partner >> 32);
-      const bool fixed = kind != Partner::Kind::block || model_.blocks[m.partner & 0xffffffff].ndof() == 0;
-      if (fixed && m.force.cross(m.normal).squaredNorm() > 0) mean.setZero();
-    }
+  for (const Touch& t : touches_) {   // what rubs on something fixed comes to rest with it, not with its own centre
+    const bool fixed = t.a.kind != Partner::Kind::block || model_.blocks[static_cast<std::size_t>(t.a.index)].ndof() == 0;
+    if (fixed && t.law->friction > 0 && t.at.gap <= touch_gap()) mean.setZero();
+  }
   const auto relative = [&](double part) {   // energy of the relative motion, which is scaled by `part` [J]
     double energy = 0;
     for (const Body& b : bodies_) {

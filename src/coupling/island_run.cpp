@@ -36,6 +36,14 @@ IslandReport IslandStepper::advance(const Island& island, double t, double durat
 
 IslandReport IslandStepper::run(double t, double duration) {
   const bool with_structure = !island_->structures.empty();
+  if (event_driven()) {
+    find(equal_part(duration, step_limit(duration, false)));
+    if (hard_alone(touches_) && too_much_happens(duration)) {
+      crowded_ = true;
+      suggested_ = 0;
+      found_for_ = -1;
+    }
+  }
   const bool small = event_driven();
   double done = 0;
   stretch_start_ = t, stretch_ = duration;
@@ -50,7 +58,6 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    if (event_driven() && done == 0) find(equal_part(duration, step_limit(duration, false)));
     if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) {
       crowded_ = true;
       suggested_ = 0;

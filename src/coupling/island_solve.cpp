@@ -201,7 +201,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   bool solved = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
-    if (lumped && jammed() && (crowded_ || !in_heap())) ask_for_no_motion(touches_, problem_, h);
+    if (lumped && jammed() && !in_large_heap()) ask_for_no_motion(touches_, problem_, h);
     const Effort effort = last_resort ? Effort::last_resort : pass + 1 < passes ? Effort::provisional : solved ? Effort::full : Effort::repeated;
     solved = solve_rolling(h, effort);
     if (!solved && lumped && (leapfrog() || last_resort) && ask_for_no_motion(touches_, problem_, h)) {

@@ -50,7 +50,7 @@ bool write(GDALDatasetH data, OGRSpatialReferenceH srs, const Layer& layer) {
     if (!field(name, OFTReal)) return false;
   for (const std::string& name : layer.text_fields)
     if (!field(name, OFTString)) return false;
-  OGR_L_StartTransaction(out);
+  if (OGR_L_StartTransaction(out) != OGRERR_NONE) return false;
   for (const Layer::Feature& feature : layer.features) {
     const std::unique_ptr<void, void (*)(void*)> f(OGR_F_Create(OGR_L_GetLayerDefn(out)), [](void* p) { OGR_F_Destroy(static_cast<OGRFeatureH>(p)); });
     const auto h = static_cast<OGRFeatureH>(f.get());

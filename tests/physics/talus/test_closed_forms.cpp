@@ -31,6 +31,16 @@ TEST_P(StructureForm, Holds) {
 INSTANTIATE_TEST_SUITE_P(B, StructureForm, testing::Values("B1", "B2", "B3", "B4", "B5", "B6", "B7", "B8", "B9", "B10", "B12", "B13", "B14", "B15", "B16", "B17", "B18"),
                          [](const auto& info) { return std::string(info.param); });
 
+class Invariant : public testing::TestWithParam<const char*> {};
+
+TEST_P(Invariant, Holds) {
+  const Report report = run_suites("invariants", true, {}, GetParam());
+  ASSERT_FALSE(report.results.empty());
+  for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
+}
+
+INSTANTIATE_TEST_SUITE_P(G, Invariant, testing::Values("G1", "G3", "G6", "G7"), [](const auto& info) { return std::string(info.param); });
+
 class Stressed : public testing::TestWithParam<const char*> {};
 
 TEST_P(Stressed, KeepsItsInvariants) {
