@@ -29,6 +29,7 @@
 namespace talus::coupling {
 namespace {
 
+constexpr double part_of_error = 0.01; // of eta over the radius: what the solution for the accelerations may be off by, over gravity
 constexpr double instant = 1e-6;       // of the time of a fall
 constexpr double lasting = 1e-4;       // of the island's speed: a contact that was pressed moves by less (impact_speed)
 constexpr double resolved = 1e-11;     // of the radius: the error by accelerations as they are solved for
@@ -175,7 +176,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
   } else {
     contact::SolveSettings settings;
     settings.velocity_scale = scale;
-    settings.tolerance = 1e-11;
+    settings.tolerance = std::max(resolved, part_of_error * settings_.accuracy * std::sqrt(settings_.accuracy));
     settings.sufficient = 1e-5;
     constexpr int most = 10;
     for (int i = 0; i < most; ++i) {
