@@ -61,7 +61,7 @@ struct IslandReport {
 
 class IslandStepper {
  public:
-  static constexpr std::size_t many_contacts = 150;       // of a problem, beyond which it is solved to what the accuracy asks
+  static constexpr std::size_t many_contacts = 150;       // of a problem, beyond which it is solved to what the accuracy asks; of an island at rest on them, beyond which it is time-stepped
   static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,

@@ -129,7 +129,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const Pose pose_a = of_blocks ? dda::pose(state_, t.a.index) : Pose{}, pose_b = dda::pose(state_, t.b);
     const NormalOwner owner = normal_owner(t, model_, env_, &pose_a);
     const auto edges = owner == NormalOwner::edges ? crossed_edges(t, model_, env_, pose_a, pose_b) : std::nullopt;
-    if (owner == NormalOwner::edges) return std::nullopt;
+    if (owner == NormalOwner::edges) return std::nullopt;   // the rate of its normal is not known well enough: such steps are judged by their iteration alone
     const Mat3 frame = contact_frame(t.at.normal);
     const Vec3 x = 0.5 * (t.at.point_a + t.at.point_b);
     const auto turning = [&](int block) { return Vec3(state_.w[static_cast<std::size_t>(block)].cross(state_.w[static_cast<std::size_t>(block)].cross(x - state_.c[static_cast<std::size_t>(block)]))); };
