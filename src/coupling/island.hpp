@@ -127,8 +127,8 @@ class IslandStepper {
   double error_limit() const { return 0.1 * settings_.accuracy; }   // between the last two passes of a step, relative to block size
   Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
-  void begin_swing(bool lumped);
-  bool swing(bool first_pass);
+  void begin_swing();
+  bool swing(bool first_pass, bool worth_it);
   Eigen::Vector2d slip_at_end(const Touch& touch) const;
   double swing_error(double h) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.

@@ -134,7 +134,7 @@ void IslandStepper::move_body(Body& b, double h) {
   } else {
     // The point that the way really taken keeps the angular momentum about is another than that of the last pass, which the rows were made about.
     Vec3 turned = b.impulse.segment<3>(3);
-    if (event_driven() && !b.end_rule && !b.pressed) turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about).cross(b.impulse.head<3>());
+    if (island_->structures.empty() && !b.end_rule && !b.pressed) turned -= ((from_start_ ? b.start.c : Vec3(0.5 * (b.start.c + state_.c[k]))) - b.about).cross(b.impulse.head<3>());
     set_spin(b.block, b.momentum0 + turned, b.ndof == 12);
   }
 }

@@ -400,7 +400,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
     onset = onset || (t.row >= 0 && t.mode == Mode::end && t.at.gap + h * t.approach < 0);
     sprung = sprung || (t.row >= 0 && t.stiffness > 0);
   }
-  if (onset && !sprung && event_driven())
+  if (onset && !sprung && island_->structures.empty())
     for (Body& b : bodies_) b.about = b.start.c;
   fill_rows(h, first_pass);
   const bool give = leapfrog() && problem_.contacts.size() > many_contacts;   // of many rows the least impulses are the solution, and those of the step before near to them

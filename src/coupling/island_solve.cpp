@@ -192,7 +192,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   find_pressed();
   to_half_steps(h);
   begin_step(h, false);
-  begin_swing(lumped);
+  begin_swing();
   pending_ = Ledger{};
   linearise_resting(h);
   std::vector<Vec3> last_c;
@@ -232,7 +232,8 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       continue;
     }
     if (problem_.contacts.empty()) break;
-    const bool swung = swing(pass == 0);
+    const bool worth_it = !lumped || (!from_start_ && (pass > 0 || swing_error(h) > error_limit()));
+    const bool swung = swing(pass == 0, worth_it);
     const bool met = solved && swung && laws_met(h);
     double error = 0;
     for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {

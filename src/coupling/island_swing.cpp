@@ -15,10 +15,10 @@ bool by_trapezoid(const Touch& t) { return t.mode == Mode::closed || (t.mode == 
 
 }  // namespace
 
-void IslandStepper::begin_swing(bool lumped) {
+void IslandStepper::begin_swing() {
   for (Touch& t : touches_) {
     t.swings = false;
-    t.slip = lumped || t.b < 0 || !island_->structures.empty() ? Vec3(Vec3::Zero()) : slip(t, t.at.point_b);
+    t.slip = t.b < 0 || !island_->structures.empty() ? Vec3(Vec3::Zero()) : slip(t, t.at.point_b);
   }
 }
 
@@ -27,13 +27,14 @@ Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const { return partin
 
 /// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that turn by less than 60 degrees change to
 /// the mean; what that turns round, or stops, changes back.
-bool IslandStepper::swing(bool first_pass) {
+bool IslandStepper::swing(bool first_pass, bool worth_it) {
+  if (!worth_it) return true;
   bool as_supposed = true;
   for (Touch& t : touches_) {
     if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_)) continue;
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const Eigen::Vector2d end = slip_at_end(t);
-    const bool slides = c.impulse[0] > 0 && c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
+    const bool slides = c.impulse[0] > 0 && end.norm() > 2 * unsolved_speed_;   // more than the solution leaves
     const bool on = slides && end.dot(t.slip_row) > (first_pass ? 0.5 * end.norm() * t.slip_row.norm() : 0.0);
     if (on == t.swings) continue;
     t.swings = on;
