@@ -39,7 +39,7 @@ TEST_P(Invariant, Holds) {
   for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
 }
 
-INSTANTIATE_TEST_SUITE_P(G, Invariant, testing::Values("G1", "G2", "G3", "G6", "G7"), [](const auto& info) { return std::string(info.param); });
+INSTANTIATE_TEST_SUITE_P(G, Invariant, testing::Values("G1", "G2", "G3", "G4", "G6", "G7"), [](const auto& info) { return std::string(info.param); });
 
 class Stressed : public testing::TestWithParam<const char*> {};
 
