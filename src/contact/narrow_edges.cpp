@@ -6,6 +6,8 @@ namespace {
 
 /// Eight edges that follow each other, which lie beside each other for the most part, and the box about them.
 constexpr std::size_t bunch = 8;
+constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep each lies in the other body: sine of half the angle of a sharp one,
+constexpr double between = 0.05;  // and the point midway, over half of the overlap
 
 void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std::vector<Box3>& bunches) {
   own.clear();
@@ -25,14 +27,14 @@ double beside(const Eigen::Vector2d& left, const Eigen::Vector2d& right, double 
   return std::abs(far) > 2 * std::abs(near) ? 1.5 * near : 0.5 * (near + far);
 }
 
-/// Of edges crossed along n, out of A: true if a point midway between them is in both bodies. Sharp ones that lean have none straight between.
+/// Of edges crossed along n, out of A: true if a point midway between them is inside both bodies. Sharp ones that lean have none straight between.
 bool share(const Search& s, const Patch::Edge& a, const Patch::Edge& b, const Vec3& n, const Vec3& at_a, const Vec3& at_b) {
   const Vec3 da = (a.b - a.a).normalized(), db = (b.b - b.a).normalized(), ta = n.cross(da), tb = n.cross(db);
-  const double half = 0.5 * n.dot(at_a - at_b);
+  const double half = 0.5 * n.dot(at_a - at_b);   // of the overlap
   const double ya = beside({ta.dot(a.into_left), -n.dot(a.into_left)}, {ta.dot(a.into_right), -n.dot(a.into_right)}, half);
   const double yb = beside({tb.dot(b.into_left), n.dot(b.into_left)}, {tb.dot(b.into_right), n.dot(b.into_right)}, half);
   const Vec3 x = 0.5 * (at_a + at_b) + ya / ta.dot(db) * db + yb / tb.dot(da) * da;   // along the one edge, beside the other
-  return x.allFinite() && !outside(s.A, *s.whole_a, x, s.touch) && !outside(s.B, *s.whole_b, x, s.touch);
+  return x.allFinite() && inside_by(s.A, *s.whole_a, x, between * half) && inside_by(s.B, *s.whole_b, x, between * half);
 }
 
 bool beyond(const Box3& box, const Vec3& lo, const Vec3& hi) { return (box.min().array() > hi.array()).any() || (box.max().array() < lo.array()).any(); }
@@ -79,10 +81,10 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
         n = -(bl >= br ? b.left : b.right);
       gap = n.dot(c.b - c.a);
       if (gap > s.margin || gap < -s.depth) continue;
-      // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it: if they are, two closed bodies share a
-      // point between them. Those of a skin that bends need not.
+      // Edges far behind a rim are not crossed, and those on the far sides of two neighbours look it, or on the sides of a notch and of what fills it:
+      // if they are crossed, each edge runs inside the other body, about as deep as they overlap, or two closed bodies share a point between them. Those of a skin that bends need not.
       if (gap < -16 * s.touch && ((c.b - c.a).squaredNorm() > reach * reach ||
-                                  (s.closed() && (outside(s.A, *s.whole_a, c.b, s.touch) || outside(s.B, *s.whole_b, c.a, s.touch)) && !share(s, a, b, across, c.a, c.b)))) continue;
+                                  (s.closed() && !(inside_by(s.A, *s.whole_a, c.b, -as_deep * gap) && inside_by(s.B, *s.whole_b, c.a, -as_deep * gap)) && !share(s, a, b, across, c.a, c.b)))) continue;
       p.point_a = c.a, p.point_b = c.b, p.normal = n, p.gap = gap, p.area = 0;
       p.key = make_key(Form::edge_edge, a.id, b.id);
       out.push_back(p);

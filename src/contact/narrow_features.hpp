@@ -47,8 +47,8 @@ inline ContactPoint vertex_contact(bool first, const Vec3& foot, const Vec3& x, 
   return c;
 }
 
-/// True if x is neither inside the body nor on its surface.
-bool outside(const Patch& p, const Whole& whole, const Vec3& x, double touch);
+/// True if x is inside the body, more than so deep.
+bool inside_by(const Patch& p, const Whole& whole, const Vec3& x, double depth);
 
 /// Vertices of V against triangles of T. `first` tells whether the triangles belong to body A.
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out);

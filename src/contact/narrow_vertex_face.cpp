@@ -141,6 +141,7 @@ struct Target {
   }
 
   bool before_faces(const Patch::Vertex& v) const;
+  bool enters(const Patch::Vertex& v, double way) const;
   void inside_body(const Patch::Vertex& v, std::size_t start) const;
 };
 
@@ -208,6 +209,24 @@ bool Target::before_faces(const Patch::Vertex& v) const {
   return behind;
 }
 
+/// True if, beside a face of the vertex and `way` from it, there is matter of both bodies. At a notch and what fills it there is none.
+bool Target::enters(const Patch::Vertex& v, double way) const {
+  constexpr double in_plane = 1e-6, below = 0.3;   // of the way: beneath what overlaps by no more than the vertex does
+  const Whole &of_t = first ? *s.whole_a : *s.whole_b, &of_v = first ? *s.whole_b : *s.whole_a;
+  for (int f = v.first_face; f < v.first_face + v.faces; ++f) {
+    const Vec3& n = V.face_normals[static_cast<std::size_t>(f)];
+    Vec3 into = Vec3::Zero();
+    for (int i = v.first; i < v.first + v.count; ++i)
+      if (const Vec3& d = V.directions[static_cast<std::size_t>(i)]; std::abs(n.dot(d)) < in_plane) into += d.normalized();
+    if (into.isZero(in_plane)) continue;
+    for (const double side : {1.0, -1.0}) {   // a corner of more than 180 degrees lies on the other side of its edges
+      const Vec3 x = v.x + way * (side * into.normalized() - below * n);
+      if (of_v.holds(x) && of_t.holds(x)) return true;
+    }
+  }
+  return false;
+}
+
 /// Overlap: is the vertex inside? Its nearest point of the surface tells; then the nearest face that its cone admits.
 void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
   double nearest = infinity, admitted = infinity;
@@ -242,7 +261,10 @@ void Target::inside_body(const Patch::Vertex& v, std::size_t start) const {
   // A vertex on the surface, or just behind it, has nothing to do with the far side of a thick body.
   const bool far = admitted > std::max(crossed_overlap * s.depth, 2 * nearest);
   if (nearest <= s.touch && (out.size() > start || far)) return;
-  if (t_admitted && !far) {
+  // Nor has one that lies on the surface at the bottom of a notch that the other body fills: the face that its cone admits lies across that body.
+  const bool across = t_admitted && !far && admitted > 2 * nearest && s.closed() && !enters(v, std::max(16 * nearest, 0.25 * admitted));
+  if (across && nearest <= s.touch) return;
+  if (t_admitted && !far && !across) {
     emit(v, start, *t_admitted, t_admitted->n, foot_admitted, -admitted);
   } else {
     const Vec3 n = (foot_near - v.x).normalized();
@@ -264,11 +286,11 @@ bool Whole::holds(const Vec3& x) const {
   return sum > 2 * std::numbers::pi;
 }
 
-bool outside(const Patch& p, const Whole& whole, const Vec3& x, double touch) {
+bool inside_by(const Patch& p, const Whole& whole, const Vec3& x, double depth) {
   Nearest nearest{.foot = x};
   for (const auto& t : p.triangles)
-    if (std::abs(t.n.dot(x) - t.level) <= nearest.distance + touch) nearest.visit(t, x, touch);
-  return nearest.distance > touch && !whole.holds(x);
+    if (std::abs(t.n.dot(x) - t.level) <= nearest.distance) nearest.visit(t, x, 0);
+  return nearest.distance > depth && whole.holds(x);
 }
 
 void vertex_face(const Search& s, const Patch& T, const Patch& V, bool first, std::vector<ContactPoint>& out) {

@@ -416,6 +416,41 @@ TEST(ConcaveContact, LeaningKnifeCrossesAnEdgeWithNeitherOnesPointInTheOther) {
   }
 }
 
+TEST(ConcaveContact, NotchIsFilledWithoutOverlap) {
+  // Of a rock mass whose slivers were merged: the second block has a notch that an edge of the first fills. Its vertices there lie on the first one's surface, below the notch's roof,
+  // which runs over the first block's lower edge; between them is no matter of both.
+  const Polyhedron first = make_polyhedron(
+      {{-0.9317315163096964, -1.0, -1.0}, {-0.7749965716118368, -0.8684837657114315, -1.0},
+       {-4.59582254724279, -1.0, -1.0}, {-4.266234645543278, -1.0, 1.5543775927122283},
+       {-4.81746347813862, -1.0, 0.9406720441003245}, {-5.407609028522074, -0.032550544515999036, -1.0},
+       {-3.100697203194045, 1.9031783172752625, -1.0},
+       {-2.3239278490308664, 0.6297889165867048, 1.5543775927122567}},
+      {{2, 0, 3}, {3, 4, 2}, {5, 6, 1}, {2, 5, 1}, {2, 1, 0}, {7, 3, 0}, {0, 1, 7}, {1, 6, 7}, {2, 4, 5},
+       {7, 6, 5}, {3, 7, 5}, {3, 5, 4}});
+  const Polyhedron second = make_polyhedron(
+      {{-0.7749965716118368, -0.8684837657114315, -1.0}, {-0.9317315163096964, -1.0, -1.0},
+       {-1.0737013281155612, -1.0, -0.8912448145754865},
+       {-0.8409438727337317, -0.8046933050353289, -0.8912448145754865},
+       {-0.874015606288367, -0.7504774754005155, -1.0}, {1.4328962190396624, 1.1852513863907745, -1.0},
+       {3.0, -1.0, -1.0}, {3.0, -1.0, 0.6552904006764493}, {1.4096487468684415, -1.0, 1.873570140745187},
+       {3.0, -0.6823501745366798, -1.0}, {3.0, -0.9178558456986536, 0.7302827741672786},
+       {2.3067299187782737, -0.24725951951435832, 1.873570140745187}},
+      {{3, 0, 1}, {1, 2, 3}, {4, 5, 9}, {4, 9, 6}, {6, 1, 0}, {0, 4, 6}, {7, 8, 2}, {1, 6, 7}, {1, 7, 2},
+       {11, 5, 4}, {8, 11, 4}, {3, 2, 8}, {8, 4, 3}, {0, 3, 4}, {9, 5, 11}, {11, 10, 9}, {7, 6, 9},
+       {9, 10, 7}, {11, 8, 7}, {7, 10, 11}});
+  ASSERT_FALSE(second.convex);
+  const auto c = between(first, {Vec3::Zero()}, second, {Vec3::Zero()}, 1e-3);
+  EXPECT_GE(c.size(), 3u);
+  for (const auto& p : c) EXPECT_GT(p.gap, -1e-9);
+  // Pushed into the first block it overlaps by some part of the way.
+  for (const double way : {1e-6, 1e-4, 1e-3}) {
+    double deepest = 0;
+    for (const auto& p : between(first, {Vec3::Zero()}, second, {way * Vec3(-0.493, 0.587, -0.643)}, 1e-3)) deepest = std::max(deepest, -p.gap);
+    EXPECT_GT(deepest, 0.3 * way) << way;
+    EXPECT_LT(deepest, 1.3 * way) << way;
+  }
+}
+
 TEST(ConcaveContact, SpikesBesideAnLAreNotInIt) {
   // About a sharp corner the sum of its faces' normals does not tell before from behind; with a wide margin corners far off are looked at as well.
   std::mt19937 rng(12);
