@@ -82,7 +82,7 @@ struct StructureEnergy {
   double contact_work = 0;         // work done on the structure by contact impulses
   double algorithmic = 0;          // work of internal forces that is neither stored nor dissipated by a law: what the time
                                    // discretisation of a non-linear structure loses (> 0) or gains (< 0); zero when it is linear
-  double step_dependence = 0;      // by how much less the leapfrog's energy is for the steps that it was lengthened to; no loss (decision 0130)
+  double step_dependence = 0;      // by how much less the leapfrog's energy is for the steps that it was lengthened to; no loss
   Vec3 linear_momentum = Vec3::Zero(), angular_momentum = Vec3::Zero();  // about the scene origin
 };
 

@@ -1,4 +1,4 @@
-/// How closely the contact problem of a step is solved, and what its solution is good for (decisions 0015, 0026, 0065, 0074, 0082, 0153, 0154).
+/// How closely the contact problem of a step is solved, and what its solution is good for.
 ///
 /// A residual is a contact velocity that the solution leaves [m/s]; it is asked for relative to a scale,
 ///

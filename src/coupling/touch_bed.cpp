@@ -33,7 +33,7 @@ std::uint64_t name_of(const TriangleSurface& skin, int first) {
 
 /// Marks the parts of a crushing bed along one normal where what the block's facets push aside does not cancel: where a block ploughs its way, pressed on the side that it goes to
 /// and not on the one that lies in its own crater. There the force acts along the facets: without it a motion along the skin would give columns free for nothing, or press them.
-/// An elastic bed holds the same wherever on the skin the block lies: its push aside is that of the lower facets alone, which one that leans over takes back (decision 0079).
+/// An elastic bed holds the same wherever on the skin the block lies: its push aside is that of the lower facets alone, which one that leans over takes back.
 void mark_sideways(std::span<contact::Footprint> parts) {
   thread_local std::vector<contact::Footprint*> left;
   left.clear();

@@ -23,7 +23,7 @@ void take_over(const ContactMemory& memory, Touch& t) {
 }
 
 /// What cells (fem::AssumedStrain) give below a force at one point of the skin, times E h, at the centre of a face and at a node: half-space of cubes, Poisson's ratio 0.2; at 0 to 0.4 it is 0.59 to 0.52 and
-/// 1.81 to 1.78 (decision 0116).
+/// 1.81 to 1.78.
 constexpr double given_at_centre = 0.58, given_at_node = 1.85;
 
 /// That of a point of the face, in between by the sum of the squared weights (1/4 and 1) [m/N].

@@ -7,7 +7,7 @@ namespace talus::fem {
 constexpr double steps_worth_a_factor = 2000;   // explicit ones that cost as much as it and the first frequency: 1200 at 10,000 degrees of freedom, 4000 at 80,000
 
 /// Explicit steps that cost about as much as the search for so many modes, factor included. Both grow about alike with the structure: 0.3 s for 24 modes of 9720 degrees of freedom,
-/// where a step takes 0.1 ms, of which motion in modes with dense records saves two thirds (decision 0125).
+/// where a step takes 0.1 ms, of which motion in modes with dense records saves two thirds.
 inline double steps_worth(int modes) { return 3500 + 40.0 * modes + static_cast<double>(modes) * modes / 6; }
 
 struct LinearDynamics {

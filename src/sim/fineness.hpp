@@ -1,7 +1,7 @@
 /// How many cells lie across the smallest section of a structure that may be damaged.
 ///
 /// Bending and shear of a member show in its cells from about three across on; where and how much it is damaged wants six to eight
-/// (docs/guide/choosing.md, decision 0105).
+/// (docs/guide/choosing.md).
 #pragma once
 #include <optional>
 #include <string>

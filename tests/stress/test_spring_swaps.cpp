@@ -42,7 +42,7 @@ const std::string edge_first = level +
                                "[[block]]\nname = \"hit\"\nmaterial = \"rock\"\nshape = \"icosahedron\"\nmass = 4000.0\nposition = [0.0, -5.06, 1.577]\n"
                                "velocity = [0.0, -3.064, -9.232]\nspin = [-3.033, 0.0, 2.309]\norientation = { quaternion = [-0.4561059818521242, -0.8899254650355332, 0.0, 0.0] }\n";
 
-// Lands flat on another's corner: that corner and its edges press on the falling one's face, which turns over them a depth inside (decision 0162).
+// Lands flat on another's corner: that corner and its edges press on the falling one's face, which turns over them a depth inside.
 const std::string overhang = "[[block]]\nname = \"below\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [2.0, 2.0, 2.0]\nposition = [0.0, 0.0, 1.0]\nfixed = true\n" + level +
                              "[[block]]\nname = \"hit\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.6, 0.6, 0.6]\nposition = [1.05, 1.05, 2.4]\nvelocity = [0.0, 0.0, -7.0]\n"
                              "orientation = { rotation_vector = [0.0, 0.0, 0.5] }\n";

@@ -40,7 +40,7 @@ void require(int code, const char* what) {
 constexpr int largest_smoothed = 400000;   // degrees of freedom
 
 /// Aggregates that reach over soft springs from one body to the next would move both as one, at the cost of the cells' own stiffness: what such springs couple is left to the conjugate
-/// gradients, and the preconditioner sees each body on springs to the ground (decision 0126).
+/// gradients, and the preconditioner sees each body on springs to the ground.
 class Multigrid : public LinearSolver {
  public:
   Multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body)

@@ -73,7 +73,7 @@ Books dropped_on(double duration, const std::string& below, const std::string& f
   return books;
 }
 
-// Corners take each other's place while they crush (decision 0163): what appears deep inside has been crushed already. Booked once more it made 37 % here.
+// Corners take each other's place while they crush: what appears deep inside has been crushed already. Booked once more it made 37 % here.
 TEST(Crushing, WhatAppearsWhereOthersCrushedIsNotCrushedAgain) {
   const Books b = dropped_on(0.3, "shape = \"random-concave\"\nseed = 49\nfixed = true\n" + turned(Vec3(-1.2733253258175852, 1.8742270973516089, -1.2124838242958695)),
                              "shape = \"box\"\nposition = [-0.12072666128767934, 0.1, 4]\n" + turned(Vec3(-0.5552402611104634, -1.3361757714810176, -1.41719236183727)));
