@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <iterator>
 #include <limits>
 #include <utility>
@@ -16,7 +15,6 @@
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
-#include "coupling/step/one_step.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -191,8 +189,6 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
 
   std::vector<IslandReport> reports(p.islands.size());
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
-  const char* asked = std::getenv("TALUS_ONE_STEP");   // 1: islands of rigid blocks with hard contact go by the one step, which is being built
-  const bool one_step = asked != nullptr && asked[0] == '1';
   const auto hint_of = [&](const Island& island) {   // the smallest suggestion among its blocks and structures
     double hint = 0;
     const auto count = [&](double h) {
@@ -203,10 +199,6 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     return hint;
   };
   const auto run = [&](std::size_t i) {
-    if (one_step && step::OneStep::takes(model_, env_, state_.contacts, p.islands[i])) {
-      reports[i] = step::OneStep(model_, state_.blocks, env_, state_.contacts, settings_.step).advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop);
-      return;
-    }
     auto& stepper = steppers.local();
     if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
     reports[i] = stepper->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
