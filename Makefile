@@ -3,7 +3,7 @@ JOBS ?= $(shell nproc)
 PRESET ?= release
 BUILD := build/$(PRESET)
 
-.PHONY: help setup build test demo cases bench docs fuzz clean
+.PHONY: help setup build test demo cases bench docs fuzz deb format format-check lint lint-changed clean
 
 help:
 	@echo "make demo    install what is missing, build, run the demo case, name the report to open"
@@ -13,6 +13,9 @@ help:
 	@echo "make bench   benchmark of the contact solver, kernels, and the scenes beside Bullet and ODE (docs/results/peers.md)"
 	@echo "make docs    regenerate docs/scene.md, docs/talus.1, and the tables and plots of docs/results/ from the program (long)"
 	@echo "make fuzz    fuzz the readers, ten minutes of CPU time each (needs clang and libclang-rt-14-dev)"
+	@echo "make deb     the Debian package: build/deb/talus_*.deb"
+	@echo "make format  clang-format of changed lines and of all files that are formatted; make format-check looks alone"
+	@echo "make lint    clang-tidy of all sources (long); make lint-changed of those that differ from BASE"
 	@echo "make clean   remove build/"
 
 setup:
@@ -22,7 +25,7 @@ setup:
 build:
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
 	@cmake --build $(BUILD) --target talus_report_page
-	@cmake --build $(BUILD) -j $(JOBS) --target talus talus_fem talus_cholmod talus_dealii talus_raster
+	@cmake --build $(BUILD) -j $(JOBS) --target talus_program
 
 test: setup
 	@test -f $(BUILD)/build.ninja || cmake --preset $(PRESET)
@@ -47,6 +50,22 @@ docs: build
 	@$(BUILD)/talus explain --all --markdown > docs/scene.md
 	@$(BUILD)/talus --man > docs/talus.1
 	@scripts/results.sh $(BUILD)
+
+deb: setup build
+	@cd $(BUILD) && cpack -G DEB -B $(CURDIR)/build/deb > $(CURDIR)/build/deb.log || { tail -20 $(CURDIR)/build/deb.log; exit 1; }
+	@ls $(CURDIR)/build/deb/*.deb
+
+format:
+	@scripts/format.sh fix
+
+format-check:
+	@scripts/format.sh check
+
+lint:
+	@scripts/lint.sh $(BUILD) all
+
+lint-changed:
+	@scripts/lint.sh $(BUILD) changed $(BASE)
 
 fuzz:
 	@test -f build/fuzz/build.ninja || cmake --preset fuzz

@@ -31,7 +31,7 @@ $("theme").addEventListener("click", () => { const n = root.dataset.theme === "d
 
 // Paper is white: a page printed from the dark theme would have light letters on it.
 let beforePrint = "";
-addEventListener("beforeprint", () => { beforePrint = root.dataset.theme; setTheme("light"); map.complete(); });
+addEventListener("beforeprint", () => { $("words").open = true; beforePrint = root.dataset.theme; setTheme("light"); map.complete(); });
 addEventListener("afterprint", () => { setTheme(beforePrint); });
 
 // ---- summary
@@ -43,9 +43,17 @@ $("status").className = `chip ${kind}`;
 if (summary.message) $("status").title = summary.message;
 // A number keeps its unit on the same line.
 const tidy = (line) => line.replaceAll("m^3", "m³").replace(/(\d) (?=(s|m\/s|[GMkmµu]?(N|J|Pa)( [ms])?|m|m³)\b)/g, "$1\u00a0").replace(/\b([kMG]?N) ([ms])\b/g, "$1\u00a0$2");
-(summary.headline || []).forEach((line, i) => $("headline").append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
+(summary.headline || []).forEach((line, i) => (i ? $("words") : $("headline")).append(make("p", { className: i ? "" : "first", textContent: tidy(line) })));
 if (summary.message) $("headline").append(make("p", { textContent: summary.message }));
-for (const line of summary.warnings || []) $("headline").append(make("p", { className: "warning", textContent: `Warning: ${tidy(line)}` }));
+$("words").hidden = $("words").children.length < 2;
+// Warnings lie below the 3D view, one folded line each: what they are about first, without the place in the scene's file; all of it unfolded.
+const warnings = (summary.warnings || []).map(tidy);
+for (const line of warnings) {
+  const short = line.replace(/^\S+?:(\d+:\d+:)? (warning|error): /, "").split(/[;:.] /)[0];
+  $("warning-list").append(make("details", { className: "warning" }, make("summary", { textContent: short }), make("p", { textContent: line })));
+}
+$("warnings").hidden = !warnings.length;
+$("warnings-title").textContent = warnings.length === 1 ? "One warning" : `${warnings.length} warnings`;
 
 const force = (m) => m.filtered_force ?? m.peak_force;   // results of earlier versions hold the single sub-step's only
 
@@ -53,21 +61,41 @@ function card(label, value, unit, note, extra = "", digits = 3) {
   const [v, u] = typeof value === "string" ? [value, ""] : quantity(value, unit, digits);
   $("cards").append(make("div", { className: `stat ${extra}` }, make("div", { className: "k", textContent: label }), make("div", { className: "v" }, v, make("small", { textContent: u })), make("div", { className: "n", textContent: note || " ", title: note || "" })));
 }
+// The first four: what was struck, how bad, will it stand, how sure.
+function answer(question, value, note, kind = "") {
+  $("answers").append(make("div", { className: `answer ${kind}` }, make("dt", { textContent: question }), make("dd", {}, make("b", { textContent: value }), make("span", { textContent: tidy(note) }))));
+}
+function answers(judged, graded, strike, loaded) {
+  const touched = summary.structures.filter((s) => s.hit || s.loaded || s.loaded_through), name = strike && (strike.member && strike.member !== strike.structure ? `${strike.member} of ${strike.structure}` : strike.structure);
+  if (strike) answer("What was struck?", name, `by ${strike.block} at ${number(strike.start, 4)} s, ${text(strike.speed, "m/s")}, ${text(strike.kinetic, "J")}`, "hit");
+  else answer("What was struck?", loaded ? "Nothing; it was loaded" : "Nothing", loaded ? "by a prescribed traction" : "no block met a structure", loaded ? "" : "safe");
+  if (!touched.length) return;
+  const bare = touched.filter((s) => !(s.damage_max > 0) && !graded.some((m) => m.of === s.name)).length === touched.length;
+  const worst = graded.length ? graded.reduce((a, b) => (b.damage_class > a.damage_class ? b : a)) : null;
+  const sheared = judged.length ? judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)) : null;
+  if (worst) answer("How bad?", `${worst.label}: ${worst.damage_class_name}`, `damage class ${worst.damage_class} of 4${worst.damage_class_basis ? `: ${worst.damage_class_basis}` : ""}`, worst.damage_class >= 3 ? "hit" : worst.damage_class === 0 ? "safe" : "");
+  else answer("How bad?", bare ? "Not computed" : "Damaged", bare ? `no damage law${sheared ? `; V_dyn/V_Rd ${number(sheared.shear_utilisation_design.value, 3)} at ${sheared.label}` : ""}` : `greatest damage ${number(Math.max(...touched.map((s) => s.damage_max)), 2)}`, sheared && sheared.shear_utilisation_design.value > 1 ? "hit" : "");
+  const reserves = (meta.capacity || []).filter((r) => typeof r.reserve === "number"), lost = graded.filter((m) => m.damage_class === 4), gone = (meta.capacity || []).filter((r) => r.lost);
+  if (lost.length || gone.length) answer("Will it stand?", "No", `${lost.length ? lost.map((m) => m.label).join(", ") : gone.map((r) => r.member).join(", ")} lost`, "hit");
+  else if (reserves.length) {
+    const least = reserves.reduce((a, b) => (b.reserve < a.reserve ? b : a));
+    answer("Will it stand?", least.reserve >= 1 ? "Yes" : "No", `${least.member} bears ${number(least.reserve, 3)} times its permanent load as a member by itself`, least.reserve >= 1 ? "safe" : "hit");
+  } else if (worst && worst.damage_class >= 3) answer("Will it stand?", "In doubt", "severe damage; talus capacity DIR computes what its members still bear", "hit");
+  else answer("Will it stand?", worst ? "It does at the end" : "Not computed", worst ? "what it still bears: talus capacity DIR" : "a damage law and talus capacity DIR tell");
+  const levels = (summary.confidence || []).filter((c) => c.level === "extrapolated" && /damage|base force|section|peak contact|impulse/.test(c.quantity)).map((c) => c.quantity.replace(/ \(.*/, ""));
+  answer("How sure?", levels.length ? "Extrapolated in part" : "Verified", `${levels.length ? levels.join("; ") : "closed forms"}${warnings.length ? `; ${warnings.length} warning${warnings.length > 1 ? "s" : ""} below` : ""}`, levels.length || warnings.length ? "doubt" : "safe");
+}
 if (summary.structures && summary.structures.length) {
   const hits = summary.structures.filter((s) => s.hit).length, loaded = summary.structures.filter((s) => s.loaded).length, many = summary.structures.length > 1;
   const through = summary.structures.filter((s) => s.loaded_through).map((s) => `${s.name} loaded through ${s.loaded_through}`).join(", ");
-  if (hits || !loaded) card(many ? "Structures hit" : summary.structures[0].name, many ? `${hits} of ${summary.structures.length}` : hits ? "Hit" : "Not hit", "", [hits ? `first at ${number(impacts[0].start, 4)} s` : "", through].filter(Boolean).join("; "), hits ? "hit" : "safe");
-  else card(many ? "Structures loaded" : summary.structures[0].name, many ? `${loaded} of ${summary.structures.length}` : "Loaded", "", "by a prescribed traction; no block struck");
+  if (many || through) card(loaded && !hits ? "Structures loaded" : "Structures hit", `${hits || loaded} of ${summary.structures.length}`, "", [hits ? `first at ${number(impacts[0].start, 4)} s` : loaded ? "by a prescribed traction" : "", through].filter(Boolean).join("; "), hits ? "hit" : "safe");
   const broken = new Set(blocks.filter((b) => b.fragment).map((b) => b.name)), blows = impacts.filter((m) => !broken.has(m.block));
   const strikes = blows.length ? blows : impacts, greatest = (of) => strikes.reduce((a, m) => (!a || of(m) > of(a) ? m : a), null);
   const worst = greatest(force), hardest = greatest((m) => m.kinetic);   // what rolls on and presses may have the greatest force of all
   // How bad, before how fast: a member's class, and its shear against what it can bear.
-  const judged = summary.structures.filter((s) => s.hit || s.loaded || s.loaded_through || s.damage_max > 0).flatMap((s) => (s.members || []).filter((m) => m.shear_utilisation_design).map((m) => ({ ...m, label: m.name === s.name ? m.name : `${s.name}, ${m.name}`, damageable: s.damage_max > 0 })));
-  const graded = judged.filter((m) => m.damageable && m.damage_class !== null && m.damage_class !== undefined);
-  if (graded.length) {
-    const m = graded.reduce((a, b) => (b.damage_class > a.damage_class ? b : a)), same = graded.filter((x) => x.damage_class === m.damage_class).length;
-    card("Damage class", `${m.damage_class} ${m.damage_class_name}`, "of 4", [m.label, m.damage_class_basis].filter(Boolean).join(": ") + (same > 1 ? `; ${same} of ${graded.length} members are of this class` : ""), m.damage_class >= 3 ? "hit" : "");
-  }
+  const judged = summary.structures.filter((s) => s.hit || s.loaded || s.loaded_through || s.damage_max > 0).flatMap((s) => (s.members || []).filter((m) => m.shear_utilisation_design).map((m) => ({ ...m, of: s.name, label: m.name === s.name ? m.name : `${s.name}, ${m.name}` })));
+  const graded = judged.filter((m) => m.damage_class !== null && m.damage_class !== undefined);
+  answers(judged, graded, hardest, loaded);
   if (judged.length) {
     const m = judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)), use = m.shear_utilisation_design;
     card("Shear V_dyn / V_Rd", use.value, "1", `${m.label} at station ${number(use.station, 3)} m, ${number(use.time, 4)} s; design resistance by EN 1992-1-1 6.2, means over 1.5 ms`, use.value > 1 ? "hit" : "");

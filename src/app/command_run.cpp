@@ -11,6 +11,7 @@
 #include "app/commands.hpp"
 #include "app/final_state.hpp"
 #include "app/progress.hpp"
+#include "app/record_run.hpp"
 #include "app/run_checkpoint.hpp"
 #include "app/tell.hpp"
 #include "app/together.hpp"
@@ -125,23 +126,6 @@ std::optional<std::uint64_t> resume_from(const fs::path& directory, const std::s
   return {};
 }
 
-void log_end(JsonLog& log, const sim::RunResult& result, double time) {
-  const sim::RunCounters& n = result.counters;
-  log.info("end", {{"status", result.status}, {"message", result.message}, {"t", time}, {"steps", n.steps}, {"rejected", n.rejected},
-                   {"structure_steps", n.structure_steps}, {"condensed_steps", n.condensed_steps}, {"asleep_skipped", n.asleep_skipped}, {"flight_closed_form", n.flight_closed_form},
-                   {"structure_asleep", n.structure_asleep}, {"tier_e", n.tier_e}, {"worst_residual", n.worst_residual}, {"cpu_seconds", n.cpu_seconds}});
-}
-
-io::Outcome outcome_of(const sim::RunResult& result) {
-  io::Outcome outcome;
-  outcome.status = result.status;
-  outcome.message = result.message;
-  outcome.counters = result.counters;
-  outcome.audit = result.audit;
-  outcome.audit_made = result.audit_made;
-  return outcome;
-}
-
 void warn_of_departed(JsonLog& log, const std::vector<std::string>& gone) {
   if (gone.empty()) return;
   constexpr std::size_t shown = 5;
@@ -213,28 +197,19 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
-  sim::RunResult result;
-  if (writes) {
-    RecordingSink sink(*recorder, hash);
-    result = simulation.run(sink, &stop_signal);
-    sink.end_line();
-  } else {
+  if (!writes) {
     sim::Sink silent;
-    result = simulation.run(silent, &stop_signal);
+    const sim::RunResult result = simulation.run(silent, &stop_signal);
+    ::alarm(0);   // from here on it comes to its end by itself
+    simulation.save();   // by all ranks
+    if (io::has_ended(result.status)) simulation.final_state();
+    return result.exit_code;
   }
-  ::alarm(0);   // from here on it comes to its end by itself
-  const bool ended = io::has_ended(result.status);
-  const sim::Checkpoint last = simulation.save();
-  const sim::FinalState final_state = ended ? simulation.final_state() : sim::FinalState{};
-  if (!writes) return result.exit_code;
-  save_final_state(directory, last, simulation.time(), hash);
-  const std::string summary = recorder->finish(outcome_of(result), ended ? &final_state : nullptr);
-  log_end(recorder->log(), result, simulation.time());
-  // A run that has ended has nothing to go on with; an old checkpoint would only mislead.
-  if (ended) {
-    std::error_code ignored;
-    fs::remove(directory / checkpoint_name, ignored);
-  }
+  RecordingSink sink(*recorder, hash);
+  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &stop_signal, [&] {
+    sink.end_line();
+    ::alarm(0);   // from here on it comes to its end by itself
+  });
   print_result(result, directory, simulation.time(), result.status == "at rest" ? simulation.departed().size() : 0, resumed_at, simulation.header().structures.empty() ? std::string() : left_out(simulation.scene(), result),
                io::summary_headline(summary));
   for (const std::string& text : io::summary_warnings(summary)) {

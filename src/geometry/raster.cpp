@@ -1,6 +1,5 @@
 #include "geometry/raster.hpp"
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 #include <strings.h>
 #include <unistd.h>
@@ -18,49 +17,39 @@
 #include <vector>
 
 #include "core/error.hpp"
+#include "core/module.hpp"
 #include "core/text_file.hpp"
 #include "geometry/text_cursor.hpp"
 
 namespace talus::geometry {
 namespace {
 
-struct Module {
+struct Functions {
   ReadRaster read = nullptr;
   WriteRaster write = nullptr;
   SameCrs same = nullptr;
 };
 
-const Module& module(const std::string& for_file) {
-  static Module m;
+const Functions& module(const std::string& for_file) {
+  static Functions m;
   static std::mutex lock;
   const std::lock_guard guard(lock);
   if (m.read) return m;
-  std::vector<std::string> places;
-  if (const char* dir = std::getenv("TALUS_MODULE_DIR")) places.push_back(std::string(dir) + "/talus_raster.so");
-  char exe[4096];
-  if (const auto n = readlink("/proc/self/exe", exe, sizeof exe - 1); n > 0) {
-    std::string dir(exe, static_cast<std::size_t>(n));
-    dir.resize(dir.find_last_of('/'));
-    places.push_back(dir + "/talus_raster.so");
-    places.push_back(dir + "/../lib/talus/talus_raster.so");
+  const std::string remedy = "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module";
+  try {
+    const auto symbol = [&](const char* name) { return module_symbol("talus_raster.so", name, "terrain", remedy); };
+    Functions all;
+    all.read = reinterpret_cast<ReadRaster>(symbol("talus_raster_read"));
+    all.write = reinterpret_cast<WriteRaster>(symbol("talus_raster_write"));
+    all.same = reinterpret_cast<SameCrs>(symbol("talus_raster_same_crs"));
+    m = all;
+  } catch (const InputError& error) {
+    Problem p = error.problems().front();
+    p.file = for_file;
+    p.rule = "rasters need a module: " + p.rule;
+    throw InputError(p);
   }
-  std::string why;
-  for (const std::string& place : places) {
-    if (access(place.c_str(), R_OK) != 0) continue;
-    if (void* handle = dlopen(place.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-      m.read = reinterpret_cast<ReadRaster>(dlsym(handle, "talus_raster_read"));
-      m.write = reinterpret_cast<WriteRaster>(dlsym(handle, "talus_raster_write"));
-      m.same = reinterpret_cast<SameCrs>(dlsym(handle, "talus_raster_same_crs"));
-      if (m.read && m.write && m.same) return m;
-      m = {};
-      why = place + " lacks a function";
-    } else {
-      why = dlerror();
-    }
-  }
-  throw InputError(Problem{.file = for_file, .key = "terrain", .value = why,
-                           .rule = "rasters need the module talus_raster.so, which was not found or did not load",
-                           .remedy = "put it beside the program or set TALUS_MODULE_DIR; a mesh (STL, OBJ, PLY, OFF) needs no module"});
+  return m;
 }
 
 /// A key of the header of an ESRI ASCII grid and its value.

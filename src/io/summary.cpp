@@ -335,6 +335,25 @@ std::vector<std::string> SummaryBuilder::headline() const {
   return lines;
 }
 
+const Member* struck_member(const sim::RunHeader::StructureInfo& structure, const Vec3& point) {
+  const Member* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Member& m : structure.members) {
+    const Vec3 axis = m.axis_x.cross(m.axis_y), from_base = point - m.base;
+    const double along = from_base.dot(axis), aside = (from_base - along * axis).norm();
+    if (along < -0.02 * m.length || along > 1.02 * m.length || aside >= least) continue;   // a hundredth or two: deformed
+    nearest = &m;
+    least = aside;
+  }
+  return nearest;
+}
+
+/// Its name in a sentence: the member that was struck, of the structure if that has more than one.
+static std::string struck_name(const sim::RunHeader::StructureInfo& structure, const Vec3& point) {
+  const Member* member = struck_member(structure, point);
+  return member == nullptr || member->name == structure.name ? structure.name : fmt::format("{} of {}", member->name, structure.name);
+}
+
 /// What struck a structure, or what its prescribed loads did to it.
 void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& lines) const {
   const sim::RunHeader::StructureInfo& info = header_.structures[i];
@@ -354,7 +373,7 @@ void SummaryBuilder::structure_lines(std::size_t i, std::vector<std::string>& li
   const double failed = failed_before_strike(i);
   if (failed >= 0) lines.push_back(fmt::format("{} fails under permanent load at t = {:.3f} s, before any block arrives.", info.name, failed));
   if (first != nullptr) {
-    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {} ({} of translation, {} of rotation); {} {} in all.", name_of(*first), info.name, first->start, first->velocity.norm(),
+    lines.push_back(fmt::format("{} struck {} at {:.4g} s with {:.1f} m/s and {} ({} of translation, {} of rotation); {} {} in all.", name_of(*first), struck_name(info, first->point), first->start, first->velocity.norm(),
                                 engineering(first->kinetic, "J"), engineering(first->kinetic - first->rotational, "J"), engineering(first->rotational, "J"), count, count == 1 ? "impact" : "impacts"));
     member_lines(i, lines);
     lines.push_back(fmt::format("Greatest contact force {} ({}, low-passed at {:.0f} Hz; {} in a single sub-step, which depends on cells and contact law). Impulse of all contacts {}.",

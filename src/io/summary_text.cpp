@@ -24,7 +24,10 @@ json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
   json impacts = json::array();
   for (const Impact& m : list) {
     const double duration = m.end - m.start;
-    impacts.push_back({{"structure", header.structures[static_cast<std::size_t>(m.structure)].name},
+    const auto& structure = header.structures[static_cast<std::size_t>(m.structure)];
+    const Member* member = struck_member(structure, m.point);
+    impacts.push_back({{"structure", structure.name},
+                       {"member", member == nullptr ? json() : json(member->name)},
                        {"block", header.blocks[static_cast<std::size_t>(m.block)].name},
                        {"start", m.start},
                        {"end", m.end},

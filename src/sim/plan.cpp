@@ -16,9 +16,10 @@
 namespace talus::sim {
 namespace {
 
-/// CPU time of the whole run [s], between two orders of magnitude that a run rarely leaves.
+/// CPU time of a whole run [s] that hardly any exceeds, and what is known of its parts. How long blocks move and touch decides by two orders of
+/// magnitude, so that no single figure is given.
 struct TimeBound {
-  double least = 0, most = 0;
+  double most = 0;
   std::string text;
 };
 
@@ -58,18 +59,16 @@ TimeBound time_bound(const World& w) {
   TimeBound bound;
   if (w.paper) {   // every block takes every step
     const double all = moving * duration / w.scene.simulation.step.value_or(1e-4) * paper_block_step;
-    return {all / 3, all * 10, ""};
+    return {all * 10, ""};
   }
   const double blocks = moving * duration * block_steps_per_second(w) * (moving <= few ? block_step_of_few : block_step);
-  bound.least = 0.02 * blocks;   // most of it asleep or in flight
   bound.most = 8 * blocks;
   const auto& parts = w.system->environment().structures;
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (parts[i].fixed_surface && !parts[i].one_way) continue;
     const StructureSpec& spec = w.scene.structures[i];
     const double second = touched_second(*parts[i].structure, spec);
-    bound.text += fmt::format("; each second that {} is touched{} takes about {}, quiet ones next to nothing", spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
-    bound.least += 0.003 * second * duration;
+    bound.text += fmt::format("; each second that {} is touched{} takes some {}, quiet ones next to nothing", spec.name, spec.damage == "none" ? "" : " or cracks", spoken(second));
     bound.most += 5 * second * duration;
   }
   return bound;
@@ -78,7 +77,7 @@ TimeBound time_bound(const World& w) {
 std::string time_line(const World& w) {
   const TimeBound bound = time_bound(w);
   if (bound.most < 1.5) return "CPU time: about a second or less.";
-  return fmt::format("CPU time: between {} and {}, a guess by orders of magnitude: what sleeps or flies costs nothing{}.", spoken(bound.least), spoken(bound.most), bound.text);
+  return fmt::format("CPU time: not known beforehand: it depends on how long blocks move and touch{}. The run tells how much is left.", bound.text);
 }
 
 struct Span {
@@ -202,6 +201,16 @@ std::vector<std::string> contact_lines(const World& w, std::size_t structure) {
   return lines;
 }
 
+/// A warning at the place in the scene's file that says so.
+Problem warning_at(const scene::Scene& scene, const std::string& key) {
+  Problem p;
+  p.severity = Problem::Severity::warning;
+  p.file = scene.file;
+  p.key = key;
+  if (const scene::Where* place = scene::place_of(scene, key)) p.file = place->file, p.line = place->line, p.column = place->column;
+  return p;
+}
+
 }  // namespace
 
 std::vector<Problem> Simulation::warnings() const {
@@ -211,10 +220,7 @@ std::vector<Problem> Simulation::warnings() const {
   const auto& parts = w.system->environment().structures;
   if (w.scene.simulation.step)
     if (const double most = time_bound(w).most; most > day) {
-      Problem p;
-      p.severity = Problem::Severity::warning;
-      p.file = w.scene.file;
-      p.key = "simulation.step";
+      Problem p = warning_at(w.scene, "simulation.step");
       p.value = fmt::format("{:g} s", *w.scene.simulation.step);
       p.rule = fmt::format("makes {:.2g} steps of the duration, up to {} of CPU time", w.scene.simulation.duration / *w.scene.simulation.step, spoken(most));
       p.remedy = "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place";
@@ -225,10 +231,7 @@ std::vector<Problem> Simulation::warnings() const {
     const StructureSpec& spec = w.scene.structures[i];
     const double second = touched_second(*parts[i].structure, spec);
     if (second * std::min(impact, w.scene.simulation.duration) < day) continue;
-    Problem p;
-    p.severity = Problem::Severity::warning;
-    p.file = w.scene.file;
-    p.key = fmt::format("structure.{}.cell_size", spec.name);
+    Problem p = warning_at(w.scene, fmt::format("structure.{}.cell_size", spec.name));
     p.value = fmt::format("{} elements", parts[i].structure->elements());
     p.rule = fmt::format("each second that it is touched takes about {} of CPU time", spoken(second));
     p.remedy = "take larger cells, and finer ones only where blocks strike (refine)";

@@ -318,5 +318,16 @@ TEST(Records, MembersComeThroughUnchanged) {
   EXPECT_EQ(read.structures[0].peaks.members[0].crack_width, 1e-4);
 }
 
+/// Piers of 10 m, 20 m apart: who is meant by a place on them, and nobody above their tops.
+TEST(Members, StruckIsTheOneThatThePlaceLiesOn) {
+  sim::RunHeader::StructureInfo viaduct;
+  viaduct.members = {pier(), pier()};
+  viaduct.members[0].name = "P1";
+  viaduct.members[1].base = Vec3(20, 0, 0);
+  EXPECT_EQ(struck_member(viaduct, Vec3(0.7, 0.2, 5))->name, "P1");
+  EXPECT_EQ(struck_member(viaduct, Vec3(19, 0.5, 9.9))->name, "P2");
+  EXPECT_EQ(struck_member(viaduct, Vec3(10, 0, 12)), nullptr);
+}
+
 }  // namespace
 }  // namespace talus::io

@@ -1,0 +1,338 @@
+"""Results of a run as NumPy arrays. Names, shapes and units are those of docs/output.md; nothing here needs the program.
+
+    r = talus.open("results/tirol-pier")
+    r.time                                   [nt] s
+    r.blocks["boulder"].position             [nt, 3] m
+    r.structures["pier"].base_force          [nt, 3] N
+    r.contacts.force                         [rows, 3] N
+    r.ledger.kinetic                         [nt] J
+    r.summary["headline"]
+
+An array is read at its first use and kept; `unit(path)` and `description(path)` tell of it. `r.file` is the h5py file.
+"""
+import json
+import os
+import pathlib
+
+import h5py
+import numpy as np
+
+
+def _array(dataset):
+    if h5py.check_string_dtype(dataset.dtype):
+        return np.asarray(dataset.asstr()[...], dtype=object)
+    return dataset[...]
+
+
+class Group:
+    """A group of the file: its datasets are arrays, its groups are groups, by attribute or by name."""
+
+    def __init__(self, group):
+        self._group = group
+        self._read = {}
+
+    def __getitem__(self, name):
+        if name not in self._read:
+            item = self._group[name]
+            self._read[name] = _array(item) if isinstance(item, h5py.Dataset) else Group(item)
+        return self._read[name]
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except KeyError:
+            raise AttributeError(f"{self._group.name} has no {name}; it has {', '.join(self)}") from None
+
+    def __contains__(self, name):
+        return name in self._group
+
+    def __iter__(self):
+        return iter(self._group)
+
+    def __len__(self):
+        return len(self._group)
+
+    def __dir__(self):
+        return list(super().__dir__()) + list(self._group)
+
+    def __repr__(self):
+        return f"<{self._group.name}: {', '.join(self)}>"
+
+
+class Block:
+    """One block: columns of the arrays of all blocks. Fragments read NaN before their birth."""
+
+    def __init__(self, results, index):
+        self._results, self.index = results, index
+        self.name = results.block_names[index]
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        values = getattr(self._results.blocks, name)
+        return values[self.index] if name in Blocks.single else values[:, self.index]
+
+    @property
+    def speed(self):
+        """[nt] m/s"""
+        return np.linalg.norm(self.velocity, axis=1)
+
+    @property
+    def kinetic(self):
+        """[nt] J, of translation and rotation"""
+        return self.kinetic_translational + self.kinetic_rotational
+
+    @property
+    def rotation(self):
+        """[nt, 3, 3], body to world"""
+        return rotation_matrix(self.orientation)
+
+    @property
+    def vertices(self):
+        """[n, 3] m, in body axes about the centroid, as at the start"""
+        g = self._results.geometry.blocks
+        first, last = g.vertex_offset[self.index : self.index + 2]
+        return g.vertices[first:last]
+
+    def vertices_at(self, row):
+        """[n, 3] m, in the scene at a row of the histories; strain left out."""
+        return self.position[row] + self.vertices @ self.rotation[row].T
+
+    def __repr__(self):
+        return f"<block {self.name}, {self.mass:.4g} kg>"
+
+
+class Blocks(Group):
+    """/history/blocks: arrays over all blocks; `blocks["B1"]` or `blocks[0]` is one of them."""
+
+    single = ("mass", "left")
+
+    def __init__(self, group, results):
+        super().__init__(group)
+        self._results = results
+
+    def __getitem__(self, name):
+        if isinstance(name, (int, np.integer)):
+            return Block(self._results, range(len(self._results.block_names))[name])
+        if name in self._group:
+            return super().__getitem__(name)
+        if name in self._results.block_names:
+            return Block(self._results, self._results.block_names.index(name))
+        raise KeyError(name)
+
+    def __iter__(self):
+        return iter(self._results.block_names)
+
+    def __len__(self):
+        return len(self._results.block_names)
+
+    def __contains__(self, name):
+        return name in self._results.block_names or name in self._group
+
+    def __dir__(self):
+        return list(object.__dir__(self)) + list(self._group)
+
+
+class Results:
+    """A run's directory. Use as it is, or as `with talus.open(DIR) as r:`."""
+
+    def __init__(self, directory):
+        self.directory = pathlib.Path(directory)
+        file = self.directory / "results.h5" if self.directory.is_dir() else self.directory
+        if not file.is_file():
+            raise FileNotFoundError(f"{directory}: no results.h5; `talus report {directory}` builds it after a kill")
+        self.directory = file.parent
+        self.file = h5py.File(file, "r", locking=False) if h5py.version.hdf5_version_tuple >= (1, 12, 1) else h5py.File(file, "r")
+        self._root = Group(self.file)
+
+    @property
+    def summary(self):
+        """summary.json"""
+        if not hasattr(self, "_summary"):
+            self._summary = json.loads((self.directory / "summary.json").read_text(encoding="utf-8"))
+        return self._summary
+
+    @property
+    def status(self):
+        return self.summary["status"]
+
+    @property
+    def time(self):
+        """[nt] s, of all histories but those of contacts"""
+        return self._root.history.time
+
+    @property
+    def blocks(self):
+        if not hasattr(self, "_blocks"):
+            self._blocks = Blocks(self.file["history/blocks"], self)
+        return self._blocks
+
+    @property
+    def block_names(self):
+        if not hasattr(self, "_names"):
+            self._names = list(_array(self.file["history/blocks/name"]))
+        return self._names
+
+    @property
+    def structures(self):
+        """A group for each structure; empty without any."""
+        return self._root.history["structures"] if "structures" in self._root.history else {}
+
+    @property
+    def contacts(self):
+        """Rows of contacts between blocks and structures: time, dt, point, force, normal, block, structure."""
+        return self._root.history.contacts.structure
+
+    @property
+    def ledger(self):
+        return self._root.ledger
+
+    @property
+    def geometry(self):
+        return self._root.geometry
+
+    @property
+    def field_times(self):
+        """[nf] s"""
+        return self._root.fields.time
+
+    def field(self, index):
+        """The fields of a frame: `field(-1).structures.pier.displacement`."""
+        frames = sorted(name for name in self._root.fields if name != "time")
+        return self._root.fields[frames[index]]
+
+    def unit(self, path):
+        return self._attribute(path, "unit")
+
+    def description(self, path):
+        return self._attribute(path, "description")
+
+    def _attribute(self, path, name):
+        value = self.file[path].attrs[name]
+        return value.decode() if isinstance(value, bytes) else str(value)
+
+    def contacts_of(self, structure=None):
+        """[rows] bool, which rows of `contacts` are on a structure (a name; all by default)."""
+        if structure is None:
+            return np.ones(len(self.contacts.time), bool)
+        names = list(_array(self.file["geometry/structures/name"]))
+        if structure not in names:
+            raise KeyError(f"no structure {structure}; there are {', '.join(names) or 'none'}")
+        return self.contacts.structure == names.index(structure)
+
+    def contact_force(self, structure=None):
+        """Force on a structure (a name; all of them by default), mean over each coupled step: times [n] s, forces [n, 3] N.
+
+        Rows of one step share their time; their forces add up.
+        """
+        c = self.contacts
+        keep = self.contacts_of(structure)
+        times, step = np.unique(c.time[keep], return_inverse=True)
+        force = np.stack([np.bincount(step, c.force[keep, k], len(times)) for k in range(3)], -1) if len(times) else np.zeros((0, 3))
+        return times, force
+
+    def impulse(self, structure=None):
+        """[3] N s, on a structure (all by default)."""
+        c, keep = self.contacts, self.contacts_of(structure)
+        return (c.force[keep] * c.dt[keep][:, None]).sum(axis=0)
+
+    def close(self):
+        self.file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *ignored):
+        self.close()
+
+    def __repr__(self):
+        return f"<results of {os.fspath(self.directory)}: {len(self.time)} rows, {len(self.blocks)} blocks, structures {', '.join(self.structures) or 'none'}>"
+
+
+def rotation_matrix(q):
+    """Matrices of unit quaternions (w, x, y, z): [..., 4] -> [..., 3, 3]."""
+    w, x, y, z = np.moveaxis(np.asarray(q), -1, 0)
+    rows = [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y),
+            2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+            2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]
+    return np.stack(rows, -1).reshape(np.shape(q)[:-1] + (3, 3))
+
+
+class EnsembleResults:
+    """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md), `summary` from summary.json.
+
+        e = talus.open_ensemble("results/slope")
+        e.members.runout                    [members, blocks] m
+        e.members.varied                    what was drawn
+        e.lines.road.velocity               [crossings, 3] m/s
+        e.line("road").kinetic              [crossings] J, of translation and rotation
+    """
+
+    def __init__(self, directory):
+        self.directory = pathlib.Path(directory)
+        file = self.directory / "ensemble.h5" if self.directory.is_dir() else self.directory
+        if not file.is_file():
+            raise FileNotFoundError(f"{directory}: no ensemble.h5")
+        self.directory = file.parent
+        self.file = h5py.File(file, "r")
+        self._root = Group(self.file)
+        self.members = self._root.members
+
+    @property
+    def summary(self):
+        return json.loads((self.directory / "summary.json").read_text(encoding="utf-8"))
+
+    @property
+    def lines(self):
+        return self._root["lines"] if "lines" in self._root else {}
+
+    @property
+    def hits(self):
+        return self._root["hits"] if "hits" in self._root else {}
+
+    def line(self, name):
+        return Crossings(self.lines[name])
+
+    def close(self):
+        self.file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *ignored):
+        self.close()
+
+    def __repr__(self):
+        return f"<ensemble of {os.fspath(self.directory)}: {len(self.members.index)} members, lines {', '.join(self.lines) or 'none'}, hits {', '.join(self.hits) or 'none'}>"
+
+
+class Crossings:
+    """Crossings of one line, one entry each."""
+
+    def __init__(self, group):
+        self._group = group
+
+    def __getattr__(self, name):
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return getattr(self._group, name)
+
+    @property
+    def kinetic(self):
+        """[n] J, of translation and rotation"""
+        return self._group.kinetic_translational + self._group.kinetic_rotational
+
+    @property
+    def speed(self):
+        """[n] m/s"""
+        return np.linalg.norm(self._group.velocity, axis=1)
+
+    def largest(self, quantity):
+        """Largest value of each member that crosses: what the percentiles of the summary are of. [members that cross]"""
+        values, member = getattr(self, quantity), self._group.member
+        found, at = np.unique(member, return_inverse=True)
+        out = np.full(len(found), -np.inf)
+        np.maximum.at(out, at, values)
+        return out
