@@ -62,20 +62,22 @@ struct Bound {
     const double speed = v.norm() + T * q2.norm(), distance = centre.norm() + T * speed;
     const double sum = ak + a;
     const double jerk = sum * sum * sum * reach + ak * ak * ak * distance + 3 * ak * ak * speed + 3 * ak * q2.norm();
-    double least = std::numeric_limits<double>::infinity();
-    const Vec3 wkn = n.cross(wk);  // n . (wk x r) = (n x wk) . r
-    for (int i = 0; i < hull->count; ++i) {
-      const Vec3 x = hull->vertex(i), y = x - centre;
-      const Vec3 turning = w.cross(y);
-      const Vec3 rate = v + turning - wk.cross(x);                       // in the owner's frame
-      const double h1 = n.dot(rate);
-      const double h2 = n.dot(q2 + w.cross(turning)) - 2 * wkn.dot(v + turning) + wkn.dot(wk.cross(x));
-      const double h0 = n.dot(x);
-      double low = std::min(h0, h0 + T * (h1 + 0.5 * T * h2));
-      if (h2 > 0 && h1 < 0 && -h1 < T * h2) low = h0 - 0.5 * h1 * h1 / h2;
-      least = std::min(least, low);
+    // Height, rate and second rate in the owner's frame are linear in the place x of a vertex, y = x - centre:
+    //   h' = n . (v + w x y - w_K x x)      h'' = n . (q + w x (w x y)) - 2 (n x w_K) . (v + w x y) + (n x w_K) . (w_K x x)
+    const Vec3 wkn = n.cross(wk);
+    const Vec3 of_y1 = n.cross(w), of_y2 = w * n.dot(w) - n * w.squaredNorm() - 2 * wkn.cross(w);
+    const Vec3 of_x1 = of_y1 - wkn, of_x2 = of_y2 + wkn.cross(wk);
+    const double rate = n.dot(v) - of_y1.dot(centre), bend = n.dot(q2) - 2 * wkn.dot(v) - of_y2.dot(centre);
+    using Packet = Hull::Packet;
+    Packet least = Packet::Constant(std::numeric_limits<double>::infinity());
+    for (int i = 0; i < hull->padded; i += Hull::width) {
+      const Packet h0 = hull->heights(i, n), h1 = rate + hull->heights(i, of_x1), h2 = bend + hull->heights(i, of_x2);
+      const Packet ends = h0.min(h0 + T * (h1 + 0.5 * T * h2));
+      // The vertex of the parabola where it lies within [0, T].
+      const Packet turn = h0 - 0.5 * h1 * h1 / (h2 > 0).select(h2, 1.0);
+      least = least.min((h2 > 0 && h1 < 0 && -h1 < T * h2).select(turn, ends));
     }
-    return least - jerk * T * T * T / 6 - level;
+    return least.minCoeff() - jerk * T * T * T / 6 - level;
   }
 };
 
@@ -369,7 +371,10 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   auto& pressed = scratch.pressed;
   pressed.clear();
   candidates(swept(b, 0, 0, tolerance));
-  for (const int t : scratch.triangles)
+  scratch.start.set(B, motion_b.start.c, motion_b.start.F);
+  for (const int t : scratch.triangles) {
+    const Vec3& out = surface.normal[t];
+    if (scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance) continue;   // the whole block is above its plane
     with_triangle(t, [&](const Mover& a) {
       double gap = std::numeric_limits<double>::infinity();
       pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance,
@@ -378,6 +383,7 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
       touching = true;
       if (gap < 0) pressed.emplace_back(surface.normal[t], gap);
     });
+  }
   // What counts as deeper than at the start: on ground of about the same slope the block is pressed in as deep already.
   const auto levels = [&](int t) {
     double start = 0;

@@ -19,17 +19,34 @@ int support_edge(const Hull& h, const Vec3& d, const Vec3& n) {
   return best;
 }
 
-void edge_axis_by_projection(const Hull& A, const Hull& B, int ea, int eb, EdgeAxis& best) {
+/// True if edge e of h is the highest along n, up to round-off: n lies between the normals of its two faces, or of a flat triangle beyond its side.
+bool supports(const Hull& h, int e, const Vec3& n) {
+  constexpr double round_off = 1e-9;   // of the angle between a normal and the arc: an axis too many costs nothing but time
+  const auto& edge = h.p->edges[e];
+  if (h.count <= 3) {
+    const Vec3 at = h.vertex(edge.v0), third = h.vertex(3 - edge.v0 - edge.v1);
+    return n.dot(third - at) <= round_off * (third - at).norm();
+  }
+  const Vec3 d = edge_vector(h, e), &l = h.normal(edge.left), &r = h.normal(edge.right);
+  const double turn = l.cross(r).dot(d) < 0 ? -1 : 1, slack = -round_off * d.norm();
+  return turn * l.cross(n).dot(d) >= slack && turn * n.cross(r).dot(d) >= slack && n.dot(l + r) > 0;
+}
+
+/// The axis of two edges, if they are the highest and the lowest along it: no other parts two convex bodies farther than their faces do.
+void edge_axis_by_support(const Hull& A, const Hull& B, int ea, int eb, EdgeAxis& best) {
   const Vec3 da = edge_vector(A, ea), db = edge_vector(B, eb);
   Vec3 n = da.cross(db);
   const double nn = n.squaredNorm();
   if (nn <= 1e-12 * da.squaredNorm() * db.squaredNorm()) return;
   n /= std::sqrt(nn);
-  double a0, a1, b0, b1;
-  A.extent(n, a0, a1);
-  B.extent(n, b0, b1);
-  const double up = b0 - a1, down = a0 - b1;
-  if (std::max(up, down) > best.gap) best = {std::max(up, down), up >= down ? n : Vec3(-n), ea, eb};
+  const Vec3 between = B.vertex(B.p->edges[eb].v0) - A.vertex(A.p->edges[ea].v0);
+  for (const double sign : {1.0, -1.0}) {
+    const Vec3 out = sign * n;
+    if (!(out.dot(between) > best.gap) || !supports(A, ea, out) || !supports(B, eb, -out)) continue;
+    double low, high;
+    A.extent(out, low, high);
+    if (const double gap = B.min_height(out) - high; gap > best.gap) best = {gap, out, ea, eb};
+  }
 }
 
 }  // namespace
@@ -118,9 +135,9 @@ EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow) {
   };
   collect(A, edges_a);
   collect(B, edges_b);
-  if (A.count <= 3 || B.count <= 3) {  // a triangle has no arcs on the Gauss map: project
+  if (A.count <= 3 || B.count <= 3) {   // the arcs of a flat triangle on the Gauss map are half circles
     for (const int ea : edges_a)
-      for (const int eb : edges_b) edge_axis_by_projection(A, B, ea, eb, best);
+      for (const int eb : edges_b) edge_axis_by_support(A, B, ea, eb, best);
     return best;
   }
   for (const int ea : edges_a) {

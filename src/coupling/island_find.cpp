@@ -34,6 +34,24 @@ bool far_apart(const dda::Model& model, const dda::State& state, const Candidate
   return (state.c[b] - state.c[a]).squaredNorm() > reach * reach;
 }
 
+/// Hard contact with what stands fast, whichever of its materials is touched: a feature that is open within the step exerts no force in it.
+bool rigid_ground(const dda::Model& model, const Environment& env, const CandidatePair& pair) {
+  if (pair.a.kind != Partner::Kind::plane && pair.a.kind != Partner::Kind::terrain) return false;
+  const int block = model.blocks[static_cast<std::size_t>(pair.b)].material;
+  for (int ground = 0; ground < env.laws.materials; ++ground) {
+    const ContactLaw& law = env.laws(ground, block);
+    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind == ContactLaw::Kind::hertz || law.kind == ContactLaw::Kind::table) return false;
+  }
+  return true;
+}
+
+/// Of open features the one that comes first, if all keep their speeds; those that part, come last.
+void keep_nearest(std::vector<Touch>& touches) {
+  const auto rank = [](const Touch& t) { return std::pair(!(t.approach < 0), t.at.gap); };
+  const auto nearest = std::min_element(touches.begin(), touches.end(), [&](const Touch& s, const Touch& t) { return rank(s) < rank(t); });
+  if (nearest != touches.end()) touches = {*nearest};
+}
+
 }  // namespace
 
 double IslandStepper::reach(int block, double h) const {
@@ -210,7 +228,19 @@ void IslandStepper::look(std::size_t i) {
   if (far_apart(model_, state_, pair, margin)) return;
   if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
     watches_[i].forget();
-    find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], condensed_);
+    // Rows are made for what is closed; what closes within the step of events is found by the time of impact. A scan that slides has hundreds of corners within
+    // the reach of a step, and a handful of them near the ground.
+    constexpr double corrected = 2e-3;   // of the block size: twice as far as the correction of drift looks (island_project.cpp)
+    const double near = corrected * length_ + env_.bond_stretch;
+    const bool ground = event_driven() && near < margin && rigid_ground(model_, env_, pair);
+    find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], condensed_);
+    if (ground) {
+      left_out_[i] = near;
+      if (touches_of_[i].empty()) {
+        find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], condensed_);
+        keep_nearest(touches_of_[i]);
+      }
+    }
     if (in_heap()) leave_out(i);
     return;
   }
@@ -288,7 +318,6 @@ void IslandStepper::gather_touches() {
   }
   if (at_start_) carry();
   touches_.insert(touches_.end(), touches_at_surfaces_.begin(), touches_at_surfaces_.end());
-  report_.counters.contacts += static_cast<long>(touches_.size());
 }
 
 }  // namespace talus::coupling

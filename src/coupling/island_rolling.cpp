@@ -72,14 +72,36 @@ double IslandStepper::limit_rolling(const std::function<double(const Touch&)>& p
   return all > 0 ? change / all : 0;
 }
 
-/// Solves again while the normal impulses found ask for other bounds than those it was solved with.
+/// Solves again while the normal impulses found ask for other bounds than those it was solved with. The bounds x are a fixed point of x -> g(x), which is
+/// found by relaxation [irons1969]:  x' = x + w r,   r = g(x) - x,   w' = -w r . (r' - r) / |r' - r|^2
 bool IslandStepper::solve_rolling(double h, Effort effort) {
   constexpr int most = 30;
-  constexpr double same = 1e-9;
+  constexpr double same = 1e-9, least_relaxed = 0.3, most_relaxed = 4;
+  const auto found = [&](const Touch& t) { return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0]; };
+  std::vector<double> bounds, residuals, before;
+  double relaxed = 1;
   for (int i = 0; i < most; ++i) {
     if (!solve(h, effort)) return false;
-    const auto found = [&](const Touch& t) { return problem_.contacts[static_cast<std::size_t>(t.row)].impulse[0]; };
-    if (limit_rolling(found) <= std::max(same, h > 0 ? 0.1 * settings_.accuracy : 0.0)) break;
+    bounds.clear();
+    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { bounds.push_back(c.cohesion); });
+    if (bounds.empty() || limit_rolling(found) <= std::max(same, h > 0 ? 0.1 * settings_.accuracy : 0.0)) break;
+    residuals.clear();
+    each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { residuals.push_back(c.cohesion - bounds[residuals.size()]); });
+    if (i > 0) {
+      double along = 0, change = 0;
+      for (std::size_t k = 0; k < residuals.size(); ++k) {
+        const double d = residuals[k] - before[k];
+        along += before[k] * d;
+        change += d * d;
+      }
+      relaxed = change > 0 && i < most / 2 ? std::clamp(-relaxed * along / change, least_relaxed, most_relaxed) : 1.0;
+    }
+    std::size_t k = 0;
+    each_rolling(touches_, problem_, [&](const Touch&, double, contact::ProblemContact& c) {
+      c.cohesion = std::max(0.0, bounds[k] + relaxed * residuals[k]);
+      ++k;
+    });
+    before.swap(residuals);
   }
   return true;
 }

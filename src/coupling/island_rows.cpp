@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/narrow_math.hpp"
 #include "coupling/crossed_edges.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
@@ -39,6 +40,9 @@ void write_jacobian(double* to, const Mat3& frame, const Vec3& arm, const Mat3& 
 
 NormalOwner normal_owner(const Touch& t, const dda::Model& model, const Environment& env, const Pose* pose_a) {
   if (t.a.kind == Partner::Kind::plane) return NormalOwner::a;
+  // Edges found across each other by their own search: a face that they border may press on an area with them, but does not carry their normal.
+  const bool of_edges = t.at.key >> 60 == static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) && (t.at.face_a < 0 || t.on_edge);
+  if (of_edges && (t.a.kind != Partner::Kind::structure || env.structures[static_cast<std::size_t>(t.a.index)].fixed_surface)) return NormalOwner::edges;
   if (t.at.face_a < 0) return t.at.face_b >= 0 ? NormalOwner::b : NormalOwner::edges;
   if (t.at.face_b < 0 && t.a.kind == Partner::Kind::block) return NormalOwner::a;
   // Both sides name a face: the normal belongs to the one it is parallel to, A first.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -74,7 +75,21 @@ TimeBound time_bound(const World& w) {
   return bound;
 }
 
+/// Smallest and largest volume of the blocks that move [m^3].
+std::pair<double, double> volumes(const World& w) {
+  double least = std::numeric_limits<double>::infinity(), most = 0;
+  for (const dda::Model::Block& b : w.system->model().blocks)
+    if (!b.fixed) least = std::min(least, b.volume), most = std::max(most, b.volume);
+  return {least, most};
+}
+
 std::string time_line(const World& w) {
+  // The condition of a contact problem goes with the ratio of the masses that press on each other, and the iterations of its solution with that.
+  constexpr double unlike = 1e5;
+  const auto [smallest, largest] = volumes(w);
+  const auto moving = std::ranges::count_if(w.system->model().blocks, [](const dda::Model::Block& b) { return !b.fixed; });
+  if (!w.paper && moving > few && largest > unlike * smallest)
+    return fmt::format("CPU time: unknown. The volumes of the {} blocks that move lie between {:.2g} and {:.2g} m^3: how long it takes to solve the contacts of slivers among blocks cannot be told before.", moving, smallest, largest);
   const TimeBound bound = time_bound(w);
   if (bound.most < 1.5) return "CPU time: about a second or less.";
   return fmt::format("CPU time: not known beforehand: it depends on how long blocks move and touch{}. The run tells how much is left.", bound.text);

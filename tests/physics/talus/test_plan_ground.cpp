@@ -38,6 +38,14 @@ std::string block(const std::string& name, double x, double z = 0.5) {
   return "[[block]]\nname = \"" + name + "\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [" + std::to_string(x) + ", 10, " + std::to_string(z) + "]\n";
 }
 
+TEST(PlanOfTheRun, SaysThatTheTimeOfSliversAmongBlocksIsUnknown) {
+  std::string blocks;
+  for (int i = 0; i < 20; ++i) blocks += block("B" + std::to_string(i), 1 + 1.5 * i);
+  EXPECT_EQ(plan_of(blocks).find("CPU time: unknown"), std::string::npos) << plan_of(blocks);
+  const std::string sliver = "[[block]]\nname = \"sliver\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.05, 0.05, 0.002]\nposition = [35, 10, 0.5]\n";
+  EXPECT_NE(plan_of(blocks + sliver).find("CPU time: unknown"), std::string::npos) << plan_of(blocks + sliver);
+}
+
 TEST(PlanOfTheGround, NamesTheFrictionOfTheZoneUnderEachBlock) {
   EXPECT_NE(plan_of(block("A", 10)).find("friction alone holds 35 deg"), std::string::npos) << plan_of(block("A", 10));
   EXPECT_NE(plan_of(block("A", 30)).find("friction alone holds 10 deg"), std::string::npos) << plan_of(block("A", 30));
