@@ -9,7 +9,8 @@
 namespace talus::coupling {
 namespace {
 
-/// A ridge along y whose flanks fall by 0.01, and a cube on it with one edge across, its lower face leaning by 0.005: within the angle at which faces press on an area.
+/// A ridge along y whose flanks fall by 0.01, and a cube on it with one edge across, its lower face leaning
+/// by 0.005: within the angle at which faces press on an area.
 struct OnRidge {
   dda::Model model;
   dda::State state;
@@ -20,14 +21,26 @@ struct OnRidge {
     TriangleSurface s;
     for (const double x : {-2.0, 0.0, 2.0})
       for (const double y : {-2.0, 2.0}) s.vertices.emplace_back(x, y, -0.01 * std::abs(x));
-    for (const int k : {0, 2}) s.triangles.push_back({k, k + 2, k + 3}), s.triangles.push_back({k, k + 3, k + 1});
+    for (const int k : {0, 2})
+      s.triangles.push_back({k, k + 2, k + 3}), s.triangles.push_back({k, k + 3, k + 1});
     if (zones) s.material.assign(s.triangles.size(), 0);
     env.terrain = std::make_shared<contact::SurfaceIndex>(s);
     env.laws = {1, {ContactLaw{}}};
     std::vector<Vec3> x;
     for (int k = 0; k < 8; ++k) x.emplace_back(k & 1 ? 0.5 : -0.5, k & 2 ? 0.5 : -0.5, k & 4 ? 0.5 : -0.5);
     dda::Model::Block block;
-    block.shape = std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}}));
+    block.shape = std::make_shared<Polyhedron>(make_polyhedron(x, {{0, 2, 3},
+                                                                   {0, 3, 1},
+                                                                   {4, 5, 7},
+                                                                   {4, 7, 6},
+                                                                   {0, 1, 5},
+                                                                   {0, 5, 4},
+                                                                   {2, 6, 7},
+                                                                   {2, 7, 3},
+                                                                   {0, 4, 6},
+                                                                   {0, 6, 2},
+                                                                   {1, 3, 7},
+                                                                   {1, 7, 5}}));
     model.blocks = {block};
     const Quat turn(Eigen::AngleAxisd(0.005, Vec3::UnitX()));
     state.c = {-(turn * Vec3(0, -0.5, -0.5))};
@@ -43,9 +56,11 @@ TEST(NormalOwner, EdgesAcrossEachOtherTurnTheirNormalThoughAFacePressesWithThem)
     const OnRidge on(zones);
     int crossings = 0;
     for (const Touch& t : on.touches) {
-      if (t.at.key >> 60 != static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) || std::abs(t.at.gap) > 1e-9) continue;
+      if (t.at.key >> 60 != static_cast<std::uint64_t>(contact::narrow::Form::edge_edge) ||
+          std::abs(t.at.gap) > 1e-9)
+        continue;
       ++crossings;
-      EXPECT_GE(t.at.face_b, 0);   // the lower face, on whose area the ends of the edge press
+      EXPECT_GE(t.at.face_b, 0);  // the lower face, on whose area the ends of the edge press
       EXPECT_EQ(normal_owner(t, on.model, on.env, nullptr), NormalOwner::edges) << zones;
     }
     EXPECT_EQ(crossings, 1);
