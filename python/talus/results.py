@@ -135,7 +135,20 @@ class Blocks(Group):
         return list(object.__dir__(self)) + list(self._group)
 
 
-class Results:
+class _Opened:
+    """A results file that a `with` closes."""
+
+    def close(self):
+        self.file.close()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *ignored):
+        self.close()
+
+
+class Results(_Opened):
     """A run's directory. Use as it is, or as `with talus.open(DIR) as r:`."""
 
     def __init__(self, directory):
@@ -238,15 +251,6 @@ class Results:
         c, keep = self.contacts, self.contacts_of(structure)
         return (c.force[keep] * c.dt[keep][:, None]).sum(axis=0)
 
-    def close(self):
-        self.file.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *ignored):
-        self.close()
-
     def __repr__(self):
         return f"<results of {os.fspath(self.directory)}: {len(self.time)} rows, {len(self.blocks)} blocks, structures {', '.join(self.structures) or 'none'}>"
 
@@ -260,7 +264,7 @@ def rotation_matrix(q):
     return np.stack(rows, -1).reshape(np.shape(q)[:-1] + (3, 3))
 
 
-class EnsembleResults:
+class EnsembleResults(_Opened):
     """An ensemble's directory: `members`, `lines`, `hits` as groups of arrays (docs/guide/ensemble.md), `summary` from summary.json.
 
         e = talus.open_ensemble("results/slope")
@@ -294,15 +298,6 @@ class EnsembleResults:
 
     def line(self, name):
         return Crossings(self.lines[name])
-
-    def close(self):
-        self.file.close()
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *ignored):
-        self.close()
 
     def __repr__(self):
         return f"<ensemble of {os.fspath(self.directory)}: {len(self.members.index)} members, lines {', '.join(self.lines) or 'none'}, hits {', '.join(self.hits) or 'none'}>"

@@ -10,8 +10,9 @@ contact::SolveSettings how_closely(const StepToSolve& s) {
   contact::SolveSettings settings;
   // Impulses (h = 0) and small islands to round-off; large ones to a small part of the speed they have, so that what comes to rest does.
   settings.velocity_scale = s.small || s.h == 0 ? s.speed : std::clamp(s.fastest, 1e-4 * s.speed, s.speed);
-  // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves still. An error of velocity acts on beyond its step: over the time of a
-  // fall by half the size, as the error of a step is judged.
+  // Of an error of accuracy times the block size a tenth is left to the solver, or a thousandth of what moves
+  // still. An error of velocity acts on beyond its step: over the time of a fall by half
+  // the size, as in the error of a step: blocks that hardly move are hit by those that do.
   // Of blocks in sub-steps what one leaves the next may leave as well: as much as a step of theirs among themselves may.
   const bool blocks_in_sub_step = s.sub_step && s.blocks;
   const double ordinary = 2 * std::sqrt(s.accuracy * s.length / std::max(s.gravity, 1e-12));   // a step of blocks among themselves [s]

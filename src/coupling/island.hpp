@@ -61,7 +61,9 @@ struct IslandReport {
 
 class IslandStepper {
  public:
-  static constexpr std::size_t many_contacts = 150;       // of a problem, beyond which it is solved to what the accuracy asks; of an island at rest on them, beyond which it is time-stepped
+  // Of a problem, beyond which it is solved to what the accuracy asks; of an island's closed contacts, beyond which it is
+  // time-stepped.
+  static constexpr std::size_t many_contacts = 150;
   static constexpr std::size_t pairs_for_threads = 500;   // of an island, whose search is worth a second thread
   /// `history` is per block, `surface_history` per structure.
   IslandStepper(const dda::Model& model, dda::State& state, Environment& environment, ContactHistory& history,
@@ -128,7 +130,7 @@ class IslandStepper {
   Vec3 slip(const Touch& touch, const Vec3& at) const;
   // island_swing.cpp
   void begin_swing();
-  bool swing(bool first_pass, bool worth_it);
+  bool swing(bool first_pass);
   Eigen::Vector2d slip_at_end(const Touch& touch) const;
   double swing_error(double h) const;
   /// The touches of the present state within the reach of h; `at_start`: it is the one that the memory belongs to.
@@ -164,11 +166,13 @@ class IslandStepper {
   double touch_gap() const { return 1e-7 * length_; }
   double near_gap() const { return std::max(touch_gap(), 1e-3 * settings_.accuracy * length_); }   // within which what moves slower than slow_speed() is in contact [m]
   double slow_speed() const;
+  double speed_of_none() const;
   static constexpr int most_unsolved = 2;
   /// For the rest of the stretch: the island goes as a large one, and no row asks for motion.
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
   bool event_driven() const { return !crowded_ && island_->structures.empty(); }
   bool too_much_happens(double duration) const;
+  void go_time_stepped();
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
   double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
 

@@ -17,9 +17,18 @@ bool strains(const dda::Model& model, const Touch& t) {
 
 }  // namespace
 
-/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor is a parting as slow. An error u of velocity acts over the
-/// time L / V in which the island goes by its size, V its speed or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows [m/s].
-double IslandStepper::slow_speed() const { return 0.03 * settings_.accuracy * std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_)); }
+/// Normal speed of the slowest impact that rebounds: a bounce too low for the accuracy asked for is none, nor is a
+/// parting as slow. An error u of velocity acts over the time L / V in which the island goes by its size, V its speed
+/// or that of a fall by L: 0.03 accuracy V is a thirtieth of what the accuracy allows [m/s].
+double IslandStepper::slow_speed() const {
+  return 0.03 * settings_.accuracy * std::max(speed_, std::sqrt(2 * model_.gravity.norm() * length_));
+}
+
+/// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's speed:
+/// accuracy^(3/2) V / 4 (docs/theory/contact.md, 2) [m/s].
+double IslandStepper::speed_of_none() const {
+  return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_;
+}
 
 double IslandStepper::impact_speed(const Touch& t) const {
   // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last

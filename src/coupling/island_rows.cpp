@@ -313,7 +313,7 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       t.theta = leapfrog() ? 1 : 0.5;
       c.bias = u_end - u_ref;
       // An opening left by the drift may close, but no faster than what is no motion by the error of a step; a crossing is projected, never pushed.
-      if (t.at.gap > 1e-10 * length_) c.bias[0] += std::min(0.5 * t.at.gap / h, 0.25 * std::pow(settings_.accuracy, 1.5) * speed_);
+      if (t.at.gap > 1e-10 * length_) c.bias[0] += std::min(0.5 * t.at.gap / h, speed_of_none());
       break;
     case Mode::end: {
       t.theta = 1;

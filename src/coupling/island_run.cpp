@@ -38,11 +38,7 @@ IslandReport IslandStepper::run(double t, double duration) {
   const bool with_structure = !island_->structures.empty();
   if (event_driven()) {
     find(equal_part(duration, step_limit(duration, false)));
-    if (hard_alone(touches_) && too_much_happens(duration)) {
-      crowded_ = true;
-      suggested_ = 0;
-      found_for_ = -1;
-    }
+    if (hard_alone(touches_) && too_much_happens(duration)) go_time_stepped();
   }
   const bool small = event_driven();
   double done = 0;
@@ -58,11 +54,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     Trial trial;
     trial.start = t + done;
     trial.remaining = duration - done;
-    if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) {
-      crowded_ = true;
-      suggested_ = 0;
-      found_for_ = -1;
-    }
+    if (event_driven() && hard_alone(touches_) && (jammed() || too_much_happens(duration))) go_time_stepped();
     trial.lumped = !event_driven() || grazes > most_grazes || jammed();
     trial.h = next_length(trial, duration, longest);
     if (!restless && trial.h < trial.remaining * (1 - 1e-9) && has_closed() && hard_alone(touches_) && stand(model_, state_, island_->blocks, still_speed(model_, trial.h)))
@@ -135,6 +127,13 @@ IslandReport IslandStepper::run(double t, double duration) {
   }
   report_.next_step = suggested_;
   return report_;
+}
+
+/// For the rest of the stretch: its steps are others, and so is what they reach.
+void IslandStepper::go_time_stepped() {
+  crowded_ = true;
+  suggested_ = 0;
+  found_for_ = -1;
 }
 
 /// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.

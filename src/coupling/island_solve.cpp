@@ -232,8 +232,9 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
       continue;
     }
     if (problem_.contacts.empty()) break;
-    const bool worth_it = !lumped || (!from_start_ && (pass > 0 || swing_error(h) > error_limit()));
-    const bool swung = swing(pass == 0, worth_it);
+    // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
+    const bool turns = !lumped || (!from_start_ && (pass > 0 || swing_error(h) > error_limit()));
+    const bool swung = !turns || swing(pass == 0);
     const bool met = solved && swung && laws_met(h);
     double error = 0;
     for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {

@@ -27,8 +27,7 @@ Eigen::Vector2d IslandStepper::slip_at_end(const Touch& t) const { return partin
 
 /// Whether each touch slides on, by the solution, as its row supposed. After the first pass all those that turn by less than 60 degrees change to
 /// the mean; what that turns round, or stops, changes back.
-bool IslandStepper::swing(bool first_pass, bool worth_it) {
-  if (!worth_it) return true;
+bool IslandStepper::swing(bool first_pass) {
   bool as_supposed = true;
   for (Touch& t : touches_) {
     if (t.row < 0 || !by_trapezoid(t) || !(first_pass || t.swings) || !(t.slip.norm() > 1e-6 * speed_)) continue;
