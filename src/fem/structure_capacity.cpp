@@ -56,7 +56,8 @@ double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const 
 std::vector<PushDown> FemStructure::push_down() const {
   Problem p;
   p.key = "structure." + spec_.name;
-  if (members_.empty()) {
+  const auto piers = static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [](const Member& m) { return !m.span; }));   // they come first
+  if (piers == 0) {
     p.rule = "push-down needs a member: piers of a viaduct, a column or a box that is supported";
     p.remedy = "model the pier as a column, or the bridge as a viaduct";
     throw InputError(p);
@@ -69,8 +70,8 @@ std::vector<PushDown> FemStructure::push_down() const {
     throw InputError(p);
   }
   std::vector<PushDown> all;
-  unharmed_push_downs_.resize(members_.size());
-  for (std::size_t k = 0; k < members_.size(); ++k) {
+  unharmed_push_downs_.resize(piers);
+  for (std::size_t k = 0; k < piers; ++k) {
     std::optional<PushDown>& known = unharmed_push_downs_[k];
     const bool whole = unharmed(member_places_[k].place);
     if (whole && known) {
@@ -78,7 +79,7 @@ std::vector<PushDown> FemStructure::push_down() const {
       all.push_back(*known);
       continue;
     }
-    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, members_.size()));
+    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, piers));
     all.push_back(push_down(k));
     report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
     if (whole) known = all.back();
