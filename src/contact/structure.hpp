@@ -156,12 +156,22 @@ struct LoadPeaks {
 /// carry is the impulse over a window: a running mean, without overshoot, 3 dB down at 0.443 / window = 295 Hz [s].
 inline constexpr double load_window = 1.5e-3;
 
-/// Push-down of one member: axial load against displacement of its top.
+/// Push-down of one member: axial load against displacement of its top; of a push-over the lateral one.
 struct PushDown {
   std::string member;
+  int axis = -1;                                 // -1: down; 0, 1: along axis_x, axis_y
   double capacity = 0;                           // greatest load on the top [N]
   double at = 0;                                 // displacement there [m]
   std::vector<std::array<double, 2>> curve;      // displacement [m], load [N]
+};
+
+/// Resistances of a pier's section at its foot by EN 1992-1-1, static values: shear (6.2), and moment at the axial force under permanent load (6.1), for a force along axis_x and axis_y.
+struct SectionResistance {
+  std::string member;
+  double axial = 0;                              // under permanent load, compression positive [N]
+  struct Values { double compression = 0, tension = 0; std::array<double, 2> moment{}, shear{}; };   // N_Rd of pure compression and tension [N], M_Rd [N m], V_Rd [N]
+  Values design, mean;                           // f_ck, gamma_c 1.2, gamma_s 1 (accidental); f_cm, 1, 1
+  std::array<std::vector<std::array<double, 2>>, 2> interaction;   // design: N, M_Rd
 };
 
 /// A reinforcing bar from end to end, as placed [m].
@@ -229,6 +239,11 @@ class Structure {
   /// Presses every member but spans, which come last, between rigid plates, in displacement control, from the present state, which is kept; slow enough that
   /// inertia carries below 2 %. Throws InputError if there is no member.
   virtual std::vector<PushDown> push_down() const = 0;
+  /// The same sideways: the foot is held, the top is moved along axis_x, then in a second test along axis_y (two entries for each pier), free to sink and to turn under what the pier carries
+  /// for good.
+  virtual std::vector<PushDown> push_over() const { return {}; }
+  /// Of every pier; empty without concrete.
+  virtual std::vector<SectionResistance> section_resistances() const { return {}; }
   virtual std::vector<BarLine> bars() const { return {}; }   // of files and rules
   virtual long dofs() const = 0;
   virtual long elements() const = 0;

@@ -112,6 +112,8 @@ class FemStructure : public Structure {
   std::vector<MemberState> member_states() const override;
   LoadPeaks load_peaks() const override { return load_track_.peaks(); }
   std::vector<PushDown> push_down() const override;
+  std::vector<PushDown> push_over() const override;
+  std::vector<SectionResistance> section_resistances() const override;
   std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
@@ -253,7 +255,10 @@ class FemStructure : public Structure {
   std::vector<MemberState> find_member_states(bool widths) const;
   MemberState member_state(std::size_t member, AlignedVector& force, bool widths) const;
   // structure_capacity.cpp
-  std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
+  std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
+  std::size_t pier_count() const;   // of members_: they come first
+  void needs_piers() const;
+  PushDown push_over(std::size_t member, int axis) const;
   void compute_only(const std::vector<char>& cells);
   PushDown push_down(std::size_t member) const;
   bool unharmed(const PierPlace& place) const;   // no cell of it is gone or has a history

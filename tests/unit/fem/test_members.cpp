@@ -269,10 +269,9 @@ TEST(ViaductShapes, SpansAreMembers) {
   EXPECT_NEAR(std::abs(state.shear[2][1]), load * 11.95 / 4, 0.15 * load * 11.95 / 2);   // less the weight of one layer of cells
   EXPECT_LT(state.drift[1], 0);
   EXPECT_EQ(state.ends_unseated, 0);
-  // d = 1.5 - 0.05 - 0.016 m, b_w the four webs: the minimum of EN 1992-1-1 6.2.2 governs at least.
-  const double d = 1.5 - 0.066, k = 1 + std::sqrt(0.2 / d), least = 0.035 * std::pow(k, 1.5) * std::sqrt(30) * 1e6 * 2.0 * d;
-  EXPECT_GE(span.shear_design[1], 0.999 * least);
-  EXPECT_LT(span.shear_design[1], 1.5 * least);
+  // EN 1992-1-1 6.2.2 without ties: d = 1.5 - 0.05 - 0.016 m, b_w the four webs, 16 bars below.
+  const double d = 1.5 - 0.066, k = 1 + std::sqrt(0.2 / d), ratio = 16 * M_PI / 4 * 0.032 * 0.032 / (2.0 * d);
+  EXPECT_NEAR(span.shear_design[1], 0.18 / 1.2 * k * std::cbrt(100 * ratio * 30) * 1e6 * 2.0 * d, 0.02e6);
   EXPECT_EQ(bridge.members()[0].span, false);
 }
 
@@ -312,8 +311,14 @@ TEST(Members, ElasticConcreteSaysWhatItBears) {
     pier.advance_alone(0, 0.6);
     const StressPeak p = pier.load_peaks().tension;
     EXPECT_NEAR(p.strength, f_t, 1e-3 * f_t);
-    if (factor < 1) EXPECT_LT(p.value, p.strength);
-    else EXPECT_GT(p.value, p.strength), EXPECT_LT(p.at.z(), 0.2 * s.size.z()), EXPECT_GT(p.share, 0), EXPECT_LT(p.share, 0.3);
+    if (factor < 1) {
+      EXPECT_LT(p.value, p.strength);
+    } else {
+      EXPECT_GT(p.value, p.strength);
+      EXPECT_LT(p.at.z(), 0.2 * s.size.z());
+      EXPECT_GT(p.share, 0);
+      EXPECT_LT(p.share, 0.3);
+    }
   }
 }
 
