@@ -136,7 +136,7 @@ Torn tear(const Model& model, double cell, const std::string& law, double aggreg
     shortest = std::min(shortest, 2 / inverse.rowwise().norm().maxCoeff());
   }
   ElementOperator elastic(mesh, shear, bulk, false);
-  const auto field = make_damage_field(law, mesh, c, false, false, cell, "cell");
+  const auto field = make_damage_field(law, mesh, c, false, false, {cell}, "cell");
   const ElasticLimits limits = field->elastic_limits();
   const double step = 0.4 * shortest / std::sqrt((bulk + 4 * shear / 3) / density);
   double work = 0, damped = 0, most = 0, travelled = 0;

@@ -116,7 +116,7 @@ if (summary.structures && summary.structures.length) {
   // A probe stays behind with what came off; the drift of a member does not.
   const moves = summary.structures.flatMap((s) => [
     ...s.probes.map((p) => ({ name: `${s.name} ${p.name}`, peak: p.peak_displacement, note: `${text(norm(p.final_displacement), "m")} at the end` })),
-    ...(s.members || []).map((m) => ({ name: `${m.name}, ${s.form === "slab" || s.form === "beam" ? "one end against the other" : "top against base"}`, peak: m.peak_drift, note: "" }))]);
+    ...(s.members || []).map((m) => ({ name: `${m.name}, ${m.span ? "middle against its ends" : s.form === "slab" || s.form === "beam" ? "one end against the other" : "top against base"}`, peak: m.peak_drift, note: "" }))]);
   if (moves.length) {
     const p = moves.reduce((a, b) => (b.peak > a.peak ? b : a));
     card("Largest displacement", p.peak, "m", [p.name, p.note].filter(Boolean).join(", "));

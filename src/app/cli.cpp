@@ -64,8 +64,9 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
 
   run_options(*app->add_subcommand("impact", "A structure alone, hit by the block of the scene's [impact]"), options);
 
-  auto* capacity = app->add_subcommand("capacity", "Residual axial capacity of the piers by push-down from the final state");
+  auto* capacity = app->add_subcommand("capacity", "Residual capacity of the piers from the final state: axial by push-down, beside EN 1992-1-1");
   capacity->add_option("DIR", options.input, "Output directory of a run")->required();
+  capacity->add_flag("--lateral", options.lateral, "Push every pier sideways, too, along both axes of its section");
 
   auto* verify = app->add_subcommand("verify", "Verification and stability suites; exit code 1 if any case falls short");
   verify->add_option("SUITE", options.input, "dda, fem, coupling, stability or invariants; all if omitted");

@@ -21,6 +21,7 @@ struct Options {
   int threads = 0;               // 0: the scene's
   bool resume = false;
   bool quick = false;
+  bool lateral = false;          // talus capacity
   bool all = false, markdown = false;
   bool man = false;
   bool repair = false;           // talus convert

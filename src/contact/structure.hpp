@@ -97,12 +97,14 @@ struct Fragment {
   double elastic = 0;                            // strain energy it took with it [J]
 };
 
-/// A pier, column or box as a member: what does not change.
+/// A pier, column, box or span of a deck as a member: what does not change.
 struct Member {
   std::string name;
+  bool span = false;                             // of a deck: from bearings to bearings, axis_x across and axis_y up; its drift is the deflection of its middle
   Vec3 base = Vec3::Zero();                      // centre of the lowest section [m]
   Vec3 axis_x = Vec3::UnitX(), axis_y = Vec3::UnitY();   // of the section; the member runs along axis_x x axis_y
   double length = 0, volume = 0;                 // [m], of its cells [m^3]
+  std::array<double, 2> section{};               // extents along axis_x and axis_y [m]
   std::vector<double> stations;                  // distances of the sections from the base [m]
   double axial_preload = 0;                      // N at the base under permanent load, compression positive [N]
   std::array<double, 2> shear_design{}, shear_mean{};    // V_Rd (EN 1992-1-1 6.2, gamma_c 1.2, gamma_s 1, f_ck) and with mean
@@ -114,14 +116,23 @@ struct MemberState {
   std::vector<double> axial;                     // per station, compression positive [N]
   std::vector<std::array<double, 2>> shear;      // along axis_x, axis_y [N]
   std::vector<std::array<double, 2>> moment;     // about axis_x, axis_y, at the centre of the section [N m]
-  std::array<double, 2> drift{};                 // top against base, along axis_x, axis_y; NaN once the top has come off [m]
+  std::array<double, 2> drift{};                 // top against base, of a span its middle against the mean of its ends, along axis_x, axis_y; NaN once that has come off [m]
   double crack_width = 0;                        // largest [m]
   double lost_volume = 0;                        // eroded or come off [m^3]
   int bars_yielded = 0, bars_broken = 0;
+  int ends_unseated = 0;                         // of a span: ends of which no bearing holds
+  double end_shift = 0;                          // of a span: the larger displacement of its ends, in plan and down [m]
 };
 
 /// Greatest value so far, when, and for a member at which station [s], [m].
 struct LoadPeak { double value = 0, time = 0, station = 0; };
+
+/// Greatest principal stress at the centre of a cell, in samples of a millisecond, where elastic concrete is strained as if it could bear all; strength 0: not looked for.
+struct StressPeak {
+  double value = 0, time = 0, strength = 0;      // size [Pa], [s], f_t or f_cm [Pa]
+  double share = 0;                              // greatest share of the volume beyond the strength
+  Vec3 at = Vec3::Zero();                        // as built [m]
+};
 
 /// A member's greatest loads so far, each of means over `load_window`; drift and crack width as they were.
 struct MemberPeaks {
@@ -134,7 +145,10 @@ struct MemberPeaks {
 /// What a structure had to carry so far, found in every step that it made and independent of how often histories are written. Reactions are
 /// those beyond the ones under permanent load (of a structure that starts from an earlier run's last state, which may still ring: that run's).
 struct LoadPeaks {
-  LoadPeak force, shear, moment;                 // size of the base force, of its horizontal part, of the base moment [N], [N], [N m]
+  LoadPeak force, shear, moment;                 // size of the base force, of its horizontal part [N]; the greatest moment on one foot, about its own centroid [N m]
+  Vec3 moment_at = Vec3::Zero();                 // that foot's centroid; a foot: supported nodes joined by cells [m]
+  int moment_member = -1;                        // the pier that stands on it, as members(); -1: none does
+  StressPeak tension, compression;               // of an elastic concrete
   std::vector<MemberPeaks> members;              // as members()
 };
 
@@ -142,12 +156,22 @@ struct LoadPeaks {
 /// carry is the impulse over a window: a running mean, without overshoot, 3 dB down at 0.443 / window = 295 Hz [s].
 inline constexpr double load_window = 1.5e-3;
 
-/// Push-down of one member: axial load against displacement of its top.
+/// Push-down of one member: axial load against displacement of its top; of a push-over the lateral one.
 struct PushDown {
   std::string member;
+  int axis = -1;                                 // -1: down; 0, 1: along axis_x, axis_y
   double capacity = 0;                           // greatest load on the top [N]
   double at = 0;                                 // displacement there [m]
   std::vector<std::array<double, 2>> curve;      // displacement [m], load [N]
+};
+
+/// Resistances of a pier's section at its foot by EN 1992-1-1, static values: shear (6.2), and moment at the axial force under permanent load (6.1), for a force along axis_x and axis_y.
+struct SectionResistance {
+  std::string member;
+  double axial = 0;                              // under permanent load, compression positive [N]
+  struct Values { double compression = 0, tension = 0; std::array<double, 2> moment{}, shear{}; };   // N_Rd of pure compression and tension [N], M_Rd [N m], V_Rd [N]
+  Values design, mean;                           // f_ck, gamma_c 1.2, gamma_s 1 (accidental); f_cm, 1, 1
+  std::array<std::vector<std::array<double, 2>>, 2> interaction;   // design: N, M_Rd
 };
 
 /// A reinforcing bar from end to end, as placed [m].
@@ -212,9 +236,14 @@ class Structure {
   virtual const std::vector<Member>& members() const = 0; // empty for a mesh and for free bodies
   virtual std::vector<MemberState> member_states() const = 0;
   virtual LoadPeaks load_peaks() const = 0;
-  /// Presses every member between rigid plates, in displacement control, from the present state, which is kept; slow enough that
+  /// Presses every member but spans, which come last, between rigid plates, in displacement control, from the present state, which is kept; slow enough that
   /// inertia carries below 2 %. Throws InputError if there is no member.
   virtual std::vector<PushDown> push_down() const = 0;
+  /// The same sideways: the foot is held, the top is moved along axis_x, then in a second test along axis_y (two entries for each pier), free to sink and to turn under what the pier carries
+  /// for good.
+  virtual std::vector<PushDown> push_over() const { return {}; }
+  /// Of every pier; empty without concrete.
+  virtual std::vector<SectionResistance> section_resistances() const { return {}; }
   virtual std::vector<BarLine> bars() const { return {}; }   // of files and rules
   virtual long dofs() const = 0;
   virtual long elements() const = 0;

@@ -123,14 +123,16 @@ class Fragility {
       }
   }
 
-  /// The member whose axis is nearest to the point; -1 without members.
+  /// The member that is nearest to the point, a prism about its axis; -1 without members.
   int struck_by(const Vec3& point) const {
     int best = -1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < members_.size(); ++k) {
       const Vec3 axis = members_[k].axis_x.cross(members_[k].axis_y).normalized();
-      const double along = std::clamp((point - members_[k].base).dot(axis), 0.0, members_[k].length);
-      if (const double d = (point - members_[k].base - along * axis).norm(); d < least) least = d, best = static_cast<int>(k);
+      const Vec3 from = point - members_[k].base, x = members_[k].axis_x, y = members_[k].axis_y;
+      const Vec3 inside = std::clamp(from.dot(axis), 0.0, members_[k].length) * axis + std::clamp(from.dot(x), -0.5 * members_[k].section[0], 0.5 * members_[k].section[0]) * x +
+                          std::clamp(from.dot(y), -0.5 * members_[k].section[1], 0.5 * members_[k].section[1]) * y;
+      if (const double d = (from - inside).norm(); d < least) least = d, best = static_cast<int>(k);
     }
     return best;
   }

@@ -121,6 +121,13 @@ void Bearings::move_foot(std::size_t i) {
   if (foot.cell >= 0) foot_[i] = foot;
 }
 
+int Bearings::ends_unseated(int deck) const {
+  std::array<bool, 2> held{};
+  for (std::size_t i = 0; i < sites_.size(); ++i)
+    if (sites_[i].deck == deck && holds(i)) held[static_cast<std::size_t>(sites_[i].end)] = true;
+  return static_cast<int>(!held[0]) + static_cast<int>(!held[1]);
+}
+
 void Bearings::accept() {
   for (std::size_t i = 0; i < sites_.size(); ++i) {
     const bool slid = next_[i].slip != old_[i].slip;

@@ -47,6 +47,8 @@ class Bearings {
   /// All nodes that springs act on, or may come to act on.
   std::vector<int> nodes() const;
   bool holds(std::size_t site) const { return old_[site].lost == 0; }
+  /// Ends of a span of which no spring holds any more.
+  int ends_unseated(int deck) const;
   /// Linear springs for the stiffness matrix, as built.
   std::vector<Spring> springs() const;
   void save(std::vector<double>& state) const;

@@ -300,7 +300,7 @@ class FieldOf final : public DamageField {
 };
 
 template <class Law>
-std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite, double largest_cell, const char* formula,
+std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite, const material::CellSize& largest_cell, const char* formula,
                                       const std::string& key) {
   typename Law::Parameters p;
   p.concrete = concrete;
@@ -366,7 +366,7 @@ double DamageField::largest() const {
 }
 
 std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite,
-                                               double largest_cell, const std::string& key) {
+                                               const material::CellSize& largest_cell, const std::string& key) {
   if (law == "concrete-cdpm2") return field_of<Cdpm2>(mesh, concrete, rate_effect, finite, largest_cell, "E G_F / f_t^2", key);
   return field_of<ConcreteDamage>(mesh, concrete, rate_effect, finite, largest_cell, "2 E G_F / f_t^2", key);
 }

@@ -110,9 +110,9 @@ class DamageField {
   std::vector<LawResult> result_;
 };
 
-/// The field of a structure's law. `finite`: Green-Lagrange strains. Throws InputError if a cell (largest_cell: the longest edge in
-/// the mesh [m]) would snap back; `key` stands in the message.
+/// The field of a structure's law. `finite`: Green-Lagrange strains. Throws InputError if a cell (largest_cell: the longest edge and the
+/// longest diagonal in the mesh [m]) would snap back; `key` stands in the message.
 std::unique_ptr<DamageField> make_damage_field(const std::string& law, const HexMesh& mesh, const material::Concrete& concrete, bool rate_effect, bool finite,
-                                               double largest_cell, const std::string& key);
+                                               const material::CellSize& largest_cell, const std::string& key);
 
 }  // namespace talus::fem

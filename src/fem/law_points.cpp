@@ -21,8 +21,7 @@ LawGeometry law_geometry(const HexMesh& mesh, int cell, double poisson) {
   for (std::size_t a = 0; a < 8; ++a) g.node[a] = 4 * hex[a];
   const Mat3 centre = jacobian(mesh, cell, Vec3::Zero());
   g.shortest_edge = 2 * std::sqrt(centre.colwise().squaredNorm().minCoeff());
-  for (int k = 0; k < 3; ++k)
-    for (int x = 0; x < 3; ++x) g.frame.edge[k][x] = 2 * centre(x, k);
+  g.frame = material::CellFrame::of(2 * centre);
   return g;
 }
 

@@ -25,6 +25,7 @@ void keep(LoadPeak& peak, double value, double time, double station = 0) {
 void each_number(auto& peaks, auto&& f) {
   const auto three = [&](auto& p) { f(p.value), f(p.time), f(p.station); };
   three(peaks.force), three(peaks.shear), three(peaks.moment);
+  for (auto* p : {&peaks.tension, &peaks.compression}) f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at.x()), f(p->at.y()), f(p->at.z());
   for (auto& m : peaks.members) {
     three(m.shear), three(m.moment), three(m.use_design), three(m.use_mean);
     f(m.axial_least), f(m.axial_largest), f(m.drift), f(m.crack_width);
@@ -33,10 +34,24 @@ void each_number(auto& peaks, auto&& f) {
 
 }  // namespace
 
-void LoadTrack::begin(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states) {
+void LoadTrack::name_feet(std::span<const Vec3> at, std::span<const int> member) {
+  foot_.assign(at.begin(), at.end());
+  foot_member_.assign(member.begin(), member.end());
+}
+
+void LoadTrack::strain(const StressPeak& tension, const StressPeak& compression) {
+  const auto take = [](StressPeak& peak, const StressPeak& now) {
+    const double share = std::max(peak.share, now.share);
+    if (now.value > peak.value || peak.strength == 0) peak = now;
+    peak.share = share;
+  };
+  take(peaks_.tension, tension), take(peaks_.compression, compression);
+}
+
+void LoadTrack::begin(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states) {
   clear();
-  at_start_ = reaction;
-  reactions_.begin({reaction.data(), 6});
+  at_start_.assign(reaction.begin(), reaction.end());
+  reactions_.begin(reaction);
   forces_.begin(section_forces(states));
   std::size_t at = 0;
   for (const MemberState& s : states) {
@@ -51,27 +66,33 @@ void LoadTrack::begin(const Vec6& reaction, std::span<const Member> members, std
   }
 }
 
-void LoadTrack::begin_again(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states) {
-  const Vec6 permanent = at_start_;
+void LoadTrack::begin_again(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states) {
+  const std::vector<double> permanent = at_start_;
   const RunningMean so_far = reactions_;   // a reaction of the moment is no mean
   begin(reaction, members, states);
-  at_start_ = permanent;
+  if (permanent.size() == at_start_.size()) at_start_ = permanent;
   if (so_far.begun()) reactions_ = so_far;
   count(0);   // what rests takes no step that would tell
 }
 
-void LoadTrack::react(double t, double duration, const Vec6& reaction) {
-  const bool moved = reactions_.add(unheard_ + duration, {reaction.data(), 6});
+void LoadTrack::react(double t, double duration, std::span<const double> reaction) {
+  const bool moved = reactions_.add(unheard_ + duration, reaction);
   unheard_ = 0;
   if (!moved) return;
   count(std::max(0.0, t - 0.5 * load_window));
 }
 
 void LoadTrack::count(double when) {
-  const Vec6 added = Eigen::Map<const Vec6>(reactions_.mean().data()) - at_start_;
-  keep(peaks_.force, added.head<3>().norm(), when);
-  keep(peaks_.shear, added.head<2>().norm(), when);
-  keep(peaks_.moment, added.tail<3>().norm(), when);
+  const std::span<const double> mean = reactions_.mean();
+  const auto added = [&](std::size_t first) { return Vec3(mean[first] - at_start_[first], mean[first + 1] - at_start_[first + 1], mean[first + 2] - at_start_[first + 2]); };
+  keep(peaks_.force, added(0).norm(), when);
+  keep(peaks_.shear, added(0).head<2>().norm(), when);
+  for (std::size_t foot = 0; 6 + 3 * foot + 2 < mean.size(); ++foot) {
+    const double moment = added(6 + 3 * foot).norm();
+    if (!(moment > peaks_.moment.value)) continue;
+    peaks_.moment = {moment, when, 0};
+    if (foot < foot_.size()) peaks_.moment_at = foot_[foot], peaks_.moment_member = foot_member_[foot];
+  }
 }
 
 void LoadTrack::sample(double t, double duration, std::span<const Member> members, std::span<const MemberState> states) {
@@ -104,11 +125,17 @@ void LoadTrack::judge(double t, std::size_t member, const Member& shape, std::sp
   }
 }
 
-void LoadTrack::clear() { *this = {}; }
+void LoadTrack::clear() {
+  std::vector<Vec3> foot = std::move(foot_);
+  std::vector<int> member = std::move(foot_member_);
+  *this = {};
+  foot_ = std::move(foot), foot_member_ = std::move(member);
+}
 
 void LoadTrack::save(std::vector<double>& state) const {
-  state.insert(state.end(), at_start_.data(), at_start_.data() + 6);
-  state.insert(state.end(), {since_, unheard_});
+  state.push_back(static_cast<double>(at_start_.size()));
+  state.insert(state.end(), at_start_.begin(), at_start_.end());
+  state.insert(state.end(), {since_, unheard_, static_cast<double>(peaks_.moment_member), peaks_.moment_at.x(), peaks_.moment_at.y(), peaks_.moment_at.z()});
   state.push_back(static_cast<double>(first_drift_.size()));
   for (const auto& d : first_drift_) state.insert(state.end(), d.begin(), d.end());
   each_number(peaks_, [&](double v) { state.push_back(v); });
@@ -123,11 +150,17 @@ std::size_t LoadTrack::restore(std::span<const double> state) {
     return state[at++];
   };
   clear();
-  for (int k = 0; k < 6; ++k) at_start_[k] = next();
+  const auto count_of = [&] {
+    const double n = next();
+    if (!(n >= 0 && n <= static_cast<double>(state.size()))) throw NumericalFailure("a saved state has counts that it cannot hold");
+    return static_cast<std::size_t>(n);
+  };
+  at_start_.resize(count_of());
+  for (double& value : at_start_) value = next();
   since_ = next(), unheard_ = next();
-  const double members = next();
-  if (!(members >= 0 && members <= static_cast<double>(state.size()))) throw NumericalFailure("a saved state has counts that it cannot hold");
-  first_drift_.resize(static_cast<std::size_t>(members));
+  peaks_.moment_member = static_cast<int>(next());
+  for (int k = 0; k < 3; ++k) peaks_.moment_at[k] = next();
+  first_drift_.resize(count_of());
   for (auto& d : first_drift_) d = {next(), next()};
   peaks_.members.resize(first_drift_.size());
   each_number(peaks_, [&](double& v) { v = next(); });

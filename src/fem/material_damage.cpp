@@ -10,8 +10,23 @@
 
 namespace talus::material {
 
+CellFrame CellFrame::of(const Mat3& edges) {
+  constexpr double cosine = 0.05;   // 3 degrees
+  CellFrame frame{};
+  const Mat3 duals = edges.inverse().transpose(), unit = edges.colwise().normalized();
+  for (int k = 0; k < 3; ++k) {
+    for (int x = 0; x < 3; ++x) frame.edge[k][x] = edges(x, k), frame.dual[k][x] = duals(x, k);
+    frame.leans = frame.leans || std::abs(unit.col(k).dot(unit.col((k + 1) % 3))) > cosine;
+  }
+  return frame;
+}
+
 double CellFrame::extent(const std::array<double, 3>& n) const {
   double sum = 0;
+  if (leans) {
+    for (const auto& g : dual) sum = std::max(sum, std::abs(g[0] * n[0] + g[1] * n[1] + g[2] * n[2]));
+    return 1 / sum;
+  }
   for (const auto& e : edge) sum += std::abs(e[0] * n[0] + e[1] * n[1] + e[2] * n[2]);
   return sum;
 }

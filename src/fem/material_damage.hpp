@@ -23,6 +23,11 @@
 /// The rubble rubs: its deviator t = 2 G (e - e_p) is at most |t| = sqrt(2/3) M p, M = 6 sin phi / (3 - sin phi) with tan phi 0.7 (that of a rough face by
 /// EN 1992-1-1, 6.2.5), by radial return, without change of volume; the work of e_p is dissipated.
 ///
+/// A crack that crosses a row of leaning cells, normal m, opens it by a jump over the row's thickness, eps = sym(delta m). The law is to see the crack, not the row: in cells that lean the strain and
+/// the stress go through
+///   eps' = eps + d_t (c sym(delta n) - sym(delta m)),   delta = 2 eps m - (m . eps m) m,   c = m . n,      sigma: its transpose
+/// so that pure opening is neither slip nor compression along the crack. Cells with right angles are left as they are: there the row and the crack differ only where the crack steps.
+///
 /// Interlock: the faces of a crack carry shear beside the damage law, and press each other apart. While damage grows the crack's plane follows the principal direction; at an opening of
 /// 5 G_F / f_t, where the softening stress is 0.7 % of f_t, the plane is fixed, and slip counts from there: pure opening mobilises nothing. With the strain
 /// w = <eps_nn> of the opening, gamma that of the slip beyond what has slid, w' = sqrt(w^2 + w_c^2), w_c = tau_0 / G, and psi = gamma / w', the faces are a body of their own of the energy
@@ -41,15 +46,21 @@
 /// has to close books internal work minus the change of stored energy.
 #pragma once
 #include "core/processor.hpp"
+#include "core/types.hpp"
 #include "fem/material_mc2010.hpp"
 #include "fem/material_types.hpp"
 
 namespace talus::material {
 
-/// Edge vectors of a hexahedron between opposite faces [m]; its extent along n is sum |e_k . n|.
+/// Edge vectors of a hexahedron between opposite faces [m]; its extent along n is sum |e_k . n|. Where its edges lean against each other by more than 3 degrees a crack of normal n runs along
+/// the row of cells k with the largest |n . g_k|, and its band is that row along n, 1 / |n . g_k|.
 struct CellFrame {
   double edge[3][3];
-  static CellFrame cube(double h) { return {{{h, 0, 0}, {0, h, 0}, {0, 0, h}}}; }
+  double dual[3][3];   // g_k: normals of the rows over their thicknesses [1/m]
+  bool leans;
+  /// Of edges that are the columns.
+  static CellFrame of(const Mat3& edges);
+  static CellFrame cube(double h) { return of(h * Mat3::Identity()); }
   double extent(const std::array<double, 3>& n) const;
 };
 
@@ -112,6 +123,8 @@ class ConcreteDamage {
   template <class R, class Rate>
   void start_points(const R (&effective)[6], const R& largest, const R& least, const R& tau_t, const R& tau_c, const CellFrame& cell, const Rate& rate, Lanes<R>& s) const;
   template <class R> void effective_stress(const R (&strain)[6], R poisson, R (&stress)[6]) const;
+  template <class R> struct Row;
+  template <class R> Row<R> row_of(const CellFrame& cell, const Lanes<R>& s) const;
   void start_tension(const Sym& stress, double tau, double largest, const Sym* rate, const CellFrame& cell, State& s) const;
   void start_compression(const Sym& stress, double tau, double least, const Sym* rate, const CellFrame& cell, State& s) const;
   template <class R, class Mask>

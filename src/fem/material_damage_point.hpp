@@ -271,6 +271,58 @@ inline __attribute__((always_inline)) bool ConcreteDamage::point(const R (&strai
   return grows_t || grows_c;
 }
 
+/// The row of leaning cells that a crack runs along, in each lane; share 0: no crack.
+template <class R>
+struct ConcreteDamage::Row {
+  R m[3], n[3], c, share;
+
+  /// eps' of the head of material_damage.hpp.
+  void see_crack(R (&e)[6]) const {
+    R v[3], normal;
+    in_plane(e, m, 0.5, v, normal);   // e m = v + normal m
+    R jump[3];
+    for (int i = 0; i < 3; ++i) jump[i] = 2.0 * v[i] + normal * m[i];
+    R turned[3];
+    for (int i = 0; i < 3; ++i) turned[i] = share * (c * n[i] - m[i]);
+    for (int i = 0; i < 3; ++i) {
+      const int y = (i + 1) % 3, z = (i + 2) % 3;
+      e[i] = e[i] + jump[i] * turned[i];
+      e[3 + i] = e[3 + i] + jump[y] * turned[z] + jump[z] * turned[y];
+    }
+  }
+  /// Its transpose, of the stress.
+  void press_row(R (&s)[6]) const {
+    R turned[3], r[3];
+    for (int i = 0; i < 3; ++i) turned[i] = share * (c * n[i] - m[i]);
+    r[0] = s[0] * turned[0] + s[5] * turned[1] + s[4] * turned[2];
+    r[1] = s[5] * turned[0] + s[1] * turned[1] + s[3] * turned[2];
+    r[2] = s[4] * turned[0] + s[3] * turned[1] + s[2] * turned[2];
+    const R across = dot(r, m);
+    for (int i = 0; i < 3; ++i) {
+      const int y = (i + 1) % 3, z = (i + 2) % 3;
+      s[i] = s[i] + (2.0 * r[i] - across * m[i]) * m[i];
+      s[3 + i] = s[3 + i] + r[y] * m[z] + r[z] * m[y] - across * m[y] * m[z];
+    }
+  }
+};
+
+template <class R>
+inline auto ConcreteDamage::row_of(const CellFrame& cell, const Lanes<R>& s) const -> Row<R> {
+  const R zero = spread(0.0, s.d_t);
+  Row<R> row{{zero, zero, zero}, {s.normal[0], s.normal[1], s.normal[2]}, zero, s.d_t};
+  R most = spread(-1.0, zero);
+  for (const auto& g : cell.dual) {
+    const double size = std::sqrt(g[0] * g[0] + g[1] * g[1] + g[2] * g[2]);
+    const R along = g[0] * s.normal[0] + g[1] * s.normal[1] + g[2] * s.normal[2], way = maximum(along, zero - along);
+    const auto better = way > most;
+    const R sign = select(along < 0.0, spread(-1 / size, zero), spread(1 / size, zero));
+    for (int i = 0; i < 3; ++i) row.m[i] = select(better, g[i] * sign, row.m[i]);
+    row.c = select(better, way * (1 / size), row.c);
+    most = maximum(most, way);
+  }
+  return row;
+}
+
 /// The points of a cell, as many at once as R holds. Arrays as in stress8.
 template <class R>
 inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, const CellFrame& cell, const DamageCell& old, DamageCell& next, double* stress, double* energy,
@@ -291,7 +343,14 @@ inline bool ConcreteDamage::stress_by(const double* strain, StrainRates* rates, 
       for (int k = 0; k < 6; ++k) rate[static_cast<std::size_t>(k)] = all[8 * k + first + i];
       return true;
     };
-    grew = point(e, s, cell, rate_at, out, stored, lost) || grew;
+    if (cell.leans && any(s.d_t > 0.0)) {
+      const Row<R> row = row_of(cell, s);
+      row.see_crack(e);
+      grew = point(e, s, cell, rate_at, out, stored, lost) || grew;
+      row.press_row(out);
+    } else {
+      grew = point(e, s, cell, rate_at, out, stored, lost) || grew;
+    }
     const auto write = [first](double* p, const R& x) { store(p + first, x); };
     for (int k = 0; k < 6; ++k) write(stress + 8 * k, out[k]);
     if (energy) write(energy, stored);

@@ -12,6 +12,8 @@ namespace talus::material {
 namespace {
 
 constexpr double mpa = 1e6;
+// Of f_t over f_cm: above it concrete would begin to crush (0.2 f_cm) before it cracks; below it the energy of crushing, (f_c / f_t)^2 G_F, is beyond that of any test.
+constexpr double least_tension = 0.02, most_tension = 0.2;
 
 double table_eps_c1(double f_cm_mpa) {
   struct Row { double f_ck, eps; };
@@ -64,15 +66,17 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
   c.poisson = input.poisson;   // 0 is a value, too
   c.report.push_back(fmt::format("nu = {:.4g}", c.poisson));
   take(c.density, input.density, 2450, 1, "density", "kg/m3", "assumed, reinforced");
-  take(c.f_t, input.f_t, (f_ck <= 50 ? 0.3 * std::pow(f_ck, 2.0 / 3.0) : 2.12 * std::log(1 + 0.1 * f_cm)) * mpa, mpa, "f_t", "MPa",
+  const double derived_f_t = (f_ck <= 50 ? 0.3 * std::pow(f_ck, 2.0 / 3.0) : 2.12 * std::log(1 + 0.1 * f_cm)) * mpa;
+  take(c.f_t, input.f_t, derived_f_t, mpa, "f_t", "MPa",
        f_ck <= 50 ? "MC2010: 0.3 f_ck^(2/3)" : "MC2010: 2.12 ln(1 + 0.1 f_cm)");
   take(c.fracture_energy, input.fracture_energy, 73 * std::pow(f_cm, 0.18), 1, "G_F", "N/m", "MC2010: 73 f_cm^0.18");
   take(c.eps_c1, input.eps_c1, table_eps_c1(f_cm), 1, "eps_c1", "", "MC2010: table 5.1-8");
   take(c.crushing_energy, input.crushing_energy, c.f_cm * c.f_cm / (c.f_t * c.f_t) * c.fracture_energy, 1, "G_c", "N/m", "(f_c/f_t)^2 G_F, not in MC2010");
   take(c.biaxial_ratio, input.biaxial_ratio, 1.16, 1, "f_bc/f_c", "", "Kupfer");
 
-  if (c.f_t >= c.f_cm)
-    problems.push_back(problem_of(key + ".tensile_strength", fmt::format("{:.4g} MPa", c.f_t / mpa), "must be below the compressive strength", "about a tenth of f_cm, or leave it out"));
+  if (!(c.f_t >= least_tension * c.f_cm && c.f_t <= most_tension * c.f_cm))
+    problems.push_back(problem_of(key + ".tensile_strength", fmt::format("{:.4g} MPa", c.f_t / mpa), fmt::format("the concrete model holds for {:g} to {:g} of f_cm: {:.3g} to {:.3g} MPa here", least_tension, most_tension, least_tension * f_cm, most_tension * f_cm),
+                               fmt::format("leave it out for {:.3g} MPa (Model Code 2010), or give the axial tensile strength with its unit", derived_f_t / mpa)));
   if (c.young * c.eps_c1 <= 1.02 * c.f_cm)
     problems.push_back(problem_of(key + ".young", fmt::format("{:.4g} GPa", c.young / 1e9),
                                fmt::format("must be above f_cm/eps_c1 = {:.4g} GPa, the secant modulus at the peak", c.f_cm / c.eps_c1 / 1e9), "raise young or eps_c1, or leave both out"));
@@ -92,11 +96,17 @@ double rate_factor_compression(double rate) {
 
 double snapback_limit(double young, double f_t, double fracture_energy) { return 2 * young * fracture_energy / (f_t * f_t); }
 
-void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key) {
-  if (largest_size < limit) return;
-  throw InputError(problem_of(key, fmt::format("{:.4g} m for the largest cell of the mesh", largest_size),
-                           fmt::format("concrete cells must be smaller than {} = {:.4g} m, or the crack would snap back and release more than G_F", formula, limit),
-                           fmt::format("use cells of {:.3g} m or less (recommended {:.2g} m)", 0.95 * limit, 0.5 * limit)));
+void check_cell_size(double limit, const std::string& formula, const CellSize& largest, const std::string& key) {
+  constexpr double kept = 0.98, tolerated = 1.05;   // a crack's band is at most that part of the limit: across more, it costs more than G_F
+  const double across = tolerated * kept * limit;
+  const bool snaps = largest.edge >= limit;
+  if (!snaps && largest.diagonal <= across) return;
+  const double needed = std::min(0.95 * limit, largest.diagonal > 0 && largest.edge > 0 ? 0.95 * across * largest.edge / largest.diagonal : INFINITY);
+  throw InputError(problem_of(key, snaps ? fmt::format("{:.4g} m for the largest cell of the mesh", largest.edge)
+                                         : fmt::format("{:.4g} m for the largest cell of the mesh, {:.4g} m along its diagonal", largest.edge, largest.diagonal),
+                           fmt::format("concrete cells must be smaller than {} = {:.4g} m along any direction, their diagonals too, or a crack across them would {}", formula, limit,
+                                       snaps ? "snap back and release more than G_F" : fmt::format("cost up to {:.2f} G_F", largest.diagonal / (kept * limit))),
+                           fmt::format("use cells of {:.3g} m or less (recommended {:.2g} m)", needed, 0.5 * needed)));
 }
 
 }  // namespace talus::material

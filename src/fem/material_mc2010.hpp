@@ -40,7 +40,7 @@ struct ConcreteInput {
   double f_cm = 0, young = 0, poisson = 0.2, density = 0, f_t = 0, fracture_energy = 0, eps_c1 = 0, crushing_energy = 0, biaxial_ratio = 0;
 };
 
-/// Throws InputError with every value outside its range (f_cm 20 to 130 MPa, and values that contradict each other).
+/// Throws InputError with every value outside its range (f_cm 20 to 130 MPa, f_t 0.02 to 0.2 f_cm, and values that contradict each other).
 Concrete mc2010(const ConcreteInput& input, const std::string& key = "material");
 inline Concrete mc2010(double f_cm) { ConcreteInput input; input.f_cm = f_cm; return mc2010(input); }
 
@@ -49,7 +49,10 @@ double rate_factor_compression(double rate);
 
 /// Largest cell size [m] for which the softening branch does not snap back: 2 E G_F / f_t^2.
 double snapback_limit(double young, double f_t, double fracture_energy);
-/// Throws InputError that names the size needed if `largest_size` reaches the law's `limit`; `formula` says where that comes from.
-void check_cell_size(double limit, const std::string& formula, double largest_size, const std::string& key = "structure.cell_size");
+/// The longest edge and the longest diagonal of the cells of a mesh; 0: not known [m].
+struct CellSize { double edge = 0, diagonal = 0; };
+/// Throws InputError that names the size needed if an edge reaches the law's `limit`, or if a crack across a diagonal would cost more than 1.05 G_F (its band is cut to 0.98 of
+/// the limit); `formula` says where the limit comes from.
+void check_cell_size(double limit, const std::string& formula, const CellSize& largest, const std::string& key = "structure.cell_size");
 
 }  // namespace talus::material

@@ -121,6 +121,8 @@ std::vector<Pier> find_piers(const StructureSpec& spec) {
   return {};
 }
 
+std::vector<Pier> find_spans(const StructureSpec& spec) { return spec.kind == "viaduct" ? viaduct_plan(spec).spans : std::vector<Pier>{}; }
+
 PierPlace place_of(const Pier& pier, const HexMesh& mesh, int cuts) {
   PierPlace place;
   const Vec3 x = pier.shape.axis_x, y = pier.shape.axis_y, z = pier.axis();
@@ -175,8 +177,10 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
   in.axial = axial;
   in.gross_area = round ? pi / 4 * m.width * m.width : m.width * m.depth;
   if (pier.wall > 0) in.gross_area -= (m.width - 2 * pier.wall) * (m.depth - 2 * pier.wall);
+  if (pier.area > 0) in.gross_area = pier.area;
 
   // Bars along the axis that cross the section: those on the tension side (half the section) and where they lie.
+  const double tensile = pier.span && axis == 1 ? -1 : 1;
   double area = 0, lever = 0, ring = 0, all = 0;
   for (const rebar::Bar& bar : bars)
     for (std::size_t i = 1; i < bar.points.size(); ++i) {
@@ -184,9 +188,10 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
       const double a = p.dot(z) - at, b = q.dot(z) - at;
       if (!((a <= 0 && b > 0) || (b <= 0 && a > 0)) || std::abs(b - a) < 0.7 * (q - p).norm()) continue;
       const Vec3 here = p + (q - p) * (a / (a - b));
-      const double side = here.dot(e);
+      const double side = tensile * here.dot(e);
       if (std::abs(here.dot(m.axis_x)) > m.width / 2 || std::abs(here.dot(m.axis_y)) > m.depth / 2) continue;  // of another pier
       ring += bar.area() * (here - here.dot(z) * z).norm(), all += bar.area();
+      in.axial += bar.steel.prestress * bar.area() * std::abs(b - a) / (q - p).norm();
       if (side <= 1e-9 * height) continue;
       area += bar.area(), lever += bar.area() * side;
     }
@@ -200,7 +205,7 @@ rebar::ShearInput shear_input(const Pier& pier, const std::vector<rebar::Bar>& b
     in.width = r * r * (pi - std::acos(c) + c * std::sqrt(1 - c * c)) / d;
   } else {
     in.effective_depth = area > 0 ? r + lever / area : 0.9 * height;
-    in.width = pier.wall > 0 ? 2 * pier.wall : width;
+    in.width = pier.web[static_cast<std::size_t>(axis)] > 0 ? pier.web[static_cast<std::size_t>(axis)] : pier.wall > 0 ? 2 * pier.wall : width;
   }
 
   const Ties::Mean ties = Ties(pier, bars, e, height).about(at, std::max(height, 0.5));

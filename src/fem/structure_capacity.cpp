@@ -53,11 +53,15 @@ double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const 
 }
 }  // namespace
 
-std::vector<PushDown> FemStructure::push_down() const {
+std::size_t FemStructure::pier_count() const {
+  return static_cast<std::size_t>(std::count_if(members_.begin(), members_.end(), [](const Member& m) { return !m.span; }));
+}
+
+void FemStructure::needs_piers() const {
   Problem p;
   p.key = "structure." + spec_.name;
-  if (members_.empty()) {
-    p.rule = "push-down needs a member: piers of a viaduct, a column or a box that is supported";
+  if (pier_count() == 0) {
+    p.rule = "a capacity is one of a member: piers of a viaduct, a column or a box that is supported";
     p.remedy = "model the pier as a column, or the bridge as a viaduct";
     throw InputError(p);
   }
@@ -68,9 +72,14 @@ std::vector<PushDown> FemStructure::push_down() const {
     p.remedy = "run it with damage = \"concrete\" or \"concrete-cdpm2\"";
     throw InputError(p);
   }
+}
+
+std::vector<PushDown> FemStructure::push_down() const {
+  needs_piers();
+  const std::size_t piers = pier_count();
   std::vector<PushDown> all;
-  unharmed_push_downs_.resize(members_.size());
-  for (std::size_t k = 0; k < members_.size(); ++k) {
+  unharmed_push_downs_.resize(piers);
+  for (std::size_t k = 0; k < piers; ++k) {
     std::optional<PushDown>& known = unharmed_push_downs_[k];
     const bool whole = unharmed(member_places_[k].place);
     if (whole && known) {
@@ -78,7 +87,7 @@ std::vector<PushDown> FemStructure::push_down() const {
       all.push_back(*known);
       continue;
     }
-    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, members_.size()));
+    report_(fmt::format("push-down of {} {}, {} of {}", spec_.name, members_[k].name, k + 1, piers));
     all.push_back(push_down(k));
     report_(fmt::format("push-down of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
     if (whole) known = all.back();
@@ -90,8 +99,8 @@ bool FemStructure::unharmed(const PierPlace& place) const {
   return std::all_of(place.cells.begin(), place.cells.end(), [this](int cell) { return live_[cell] && !damage_->has(cell); });
 }
 
-/// A copy of this structure in which only the member is left, at rest between its plates.
-std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place) const {
+/// A copy of this structure in which only the member is left, at rest between its plates, or on the lower one alone.
+std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool top_held) const {
   StructureSpec spec = spec_;
   spec.gravity_preload = false;
   spec.rate_effect = false;
@@ -116,7 +125,7 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place) cons
     }
   }
   for (const std::vector<int>* plate : {&place.foot, &place.top})
-    for (int n : *plate)
+    for (int n : plate == &place.foot || top_held ? *plate : std::vector<int>{})
       for (int c = 0; c < 3; ++c) copy->inverse_mass_[4 * n + c] = 0, copy->supports_.held[n][c] = true;
   copy->compute_only(inside);
   copy->h_last_ = 0;
@@ -146,7 +155,7 @@ PushDown FemStructure::push_down(std::size_t k) const {
   const PierPlace& place = member_places_[k].place;
   const Member& member = members_[k];
   const Vec3 z = member.axis_x.cross(member.axis_y);
-  const std::unique_ptr<FemStructure> test = cut_out(place);
+  const std::unique_ptr<FemStructure> test = cut_out(place, true);
   const double c = std::sqrt(spec_.young / spec_.density), gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
   const double bending = 2 * M_PI * member.length * member.length / (4.730 * 4.730 * gyration * c);
   const double period = std::max(2 * member.length / c, 0.5 * bending);
@@ -188,6 +197,112 @@ PushDown FemStructure::push_down(std::size_t k) const {
     next += interval, sum = 0, steps = 0;
   }
   return out;
+}
+
+// Lateral capacity: the foot is held, the nodes of the top section move along an axis of the section at one speed, free along the two others, and carry the permanent load.
+//
+//   H = (R_top - R_foot) / 2        T_1 = 2 pi L^2 / (1.875^2 r c)     lowest bending mode of a cantilever; a fifth of the critical damping there: what it carries is some 3 % of the load
+PushDown FemStructure::push_over(std::size_t k, int axis) const {
+  constexpr double settle = 4, periods_to_drift = 20, drift_step = 0.01, last_drift = 0.03;   // of T_1; in these periods the drift grows by drift_step of the length
+  constexpr int points = 50;                                                                  // of the curve, a drift_step
+  const PierPlace& place = member_places_[k].place;
+  const Member& member = members_[k];
+  const Vec3 z = member.axis_x.cross(member.axis_y), e = axis == 0 ? member.axis_x : member.axis_y;
+  const std::unique_ptr<FemStructure> test = cut_out(place, false);
+  const double c = std::sqrt(spec_.young / spec_.density), gyration = least_gyration(mesh_, place.cells, cell_mass_, member);
+  const double period = 2 * M_PI * member.length * member.length / (1.875 * 1.875 * gyration * c);
+  test->alpha_ = 0.2 * 4 * M_PI / period;
+  const double speed = drift_step * member.length / (periods_to_drift * period);
+  double weight = 0, top_mass = 0;
+  for (int cell : place.cells)
+    if (live_[cell]) weight -= cell_mass_[cell] * gravity_.dot(z);
+  for (int n : place.top) top_mass += test->mass_[n];
+  const double load = member.axial_preload - weight;   // what the pier carries on its top
+
+  PushDown out;
+  out.member = member.name;
+  out.axis = axis;
+  const double h = test->critical_step_, settled = settle * period, interval = periods_to_drift * period / points;
+  double t = 0, next = settled + interval, sum = 0, drift = 0;
+  long steps = 0;
+  for (; drift < last_drift * member.length; t += h) {
+    test->predict(t, h);
+    const bool pushing = t >= settled;
+    double held = 0;
+    for (int n : place.top) {
+      if (!(test->mass_[n] > 0)) continue;
+      double along = 0;
+      for (int d = 0; d < 3; ++d) {
+        const std::size_t i = 4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d);
+        held += test->f_int_[i] * e[d];
+        test->v_hat_[i] -= h * load / top_mass * z[d];
+        along += test->v_hat_[i] * e[d];
+      }
+      for (int d = 0; d < 3; ++d) test->v_hat_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] += ((pushing ? speed : 0.0) - along) * e[d];
+    }
+    for (int n : place.foot)
+      for (int d = 0; d < 3; ++d) held -= test->f_int_[4 * static_cast<std::size_t>(n) + static_cast<std::size_t>(d)] * e[d];
+    test->correct(t, h, {});
+    if (!pushing) continue;
+    drift += speed * h;
+    sum += 0.5 * held;
+    ++steps;
+    if (t + h < next) continue;
+    const double force = sum / static_cast<double>(steps);
+    if (!std::isfinite(force)) throw NumericalFailure(fmt::format("structure {}: the lateral test of {} failed at {:.4g} m", spec_.name, member.name, drift));
+    out.curve.push_back({drift - 0.5 * speed * interval, force});
+    if (force > out.capacity) out.capacity = force, out.at = out.curve.back()[0];
+    if (force < fallen * out.capacity && drift > 0.2 * drift_step * member.length) break;
+    next += interval, sum = 0, steps = 0;
+  }
+  return out;
+}
+
+std::vector<PushDown> FemStructure::push_over() const {
+  needs_piers();
+  std::vector<PushDown> all;
+  for (std::size_t k = 0; k < pier_count(); ++k)
+    for (int axis = 0; axis < 2; ++axis) {
+      report_(fmt::format("push-over of {} {} along its {} axis", spec_.name, members_[k].name, axis == 0 ? "x" : "y"));
+      all.push_back(push_over(k, axis));
+      report_(fmt::format("push-over of {} {}: {:.1f} kN at {:.3g} mm", spec_.name, members_[k].name, all.back().capacity / 1e3, 1e3 * all.back().at));
+    }
+  return all;
+}
+
+std::vector<SectionResistance> FemStructure::section_resistances() const {
+  constexpr double above_the_foot = 0.02;   // of the length, where the bars of the foot are all there
+  std::vector<SectionResistance> all;
+  if (!concrete_) return all;
+  for (std::size_t k = 0; k < pier_count(); ++k) {
+    const Member& member = members_[k];
+    const Pier& pier = member_places_[k].pier;
+    std::vector<rebar::Bar> own;   // bars that lie in it
+    for (const rebar::Bar& bar : bars_ ? bars_->list() : std::vector<rebar::Bar>{})
+      if (std::all_of(bar.points.begin(), bar.points.end(), [&](const Vec3& p) {
+            const Vec3 from = p - member.base;
+            return std::abs(from.dot(member.axis_x)) <= 0.5 * member.section[0] && std::abs(from.dot(member.axis_y)) <= 0.5 * member.section[1];
+          }))
+        own.push_back(bar);
+    SectionResistance r;
+    r.member = member.name;
+    r.axial = member.axial_preload;
+    for (const bool design : {true, false}) {
+      const rebar::Strengths strengths = design ? rebar::Strengths{concrete_->f_ck, 1.2, 1.0, 1.0} : rebar::Strengths{concrete_->f_cm, 1.0, 1.0, 1.0};
+      const rebar::Section section(pier.shape, pier.wall, own, above_the_foot * member.length, strengths);
+      SectionResistance::Values& values = design ? r.design : r.mean;
+      values.compression = section.axial_compression(), values.tension = section.axial_tension();
+      for (std::size_t axis = 0; axis < 2; ++axis) {
+        const double angle = axis == 0 ? 0 : M_PI / 2;   // the side towards which it is pushed is pressed
+        values.moment[axis] = section.moment(r.axial, angle);
+        values.shear[axis] = (design ? member.shear_design : member.shear_mean)[axis];
+        if (design)
+          for (const rebar::Section::Point& p : section.interaction(angle)) r.interaction[axis].push_back({p.axial, p.moment});
+      }
+    }
+    all.push_back(std::move(r));
+  }
+  return all;
 }
 
 }  // namespace talus::fem

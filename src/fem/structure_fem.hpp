@@ -112,6 +112,8 @@ class FemStructure : public Structure {
   std::vector<MemberState> member_states() const override;
   LoadPeaks load_peaks() const override { return load_track_.peaks(); }
   std::vector<PushDown> push_down() const override;
+  std::vector<PushDown> push_over() const override;
+  std::vector<SectionResistance> section_resistances() const override;
   std::vector<BarLine> bars() const override;
   long dofs() const override { return dofs_.size; }
   long elements() const override;
@@ -138,6 +140,7 @@ class FemStructure : public Structure {
   void preload();
   void check_supports();
   void warn_of_cracks() const;
+  void watch_stress(double t);   // of elastic concrete
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
   std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;   // of bearings and bars, for the stiffness; bars turn with the frames of their cells
   const SymmetricMatrix& stiffness();
@@ -242,6 +245,8 @@ class FemStructure : public Structure {
   bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
   void rebuild_skin();
+  void find_feet();
+  std::vector<double> foot_reactions(double step) const;   // support_reaction(), then for each foot the moment on it about its centroid
   Vec6 support_reaction(double step) const;   // force and moment on the supports by forces() as they stand, contact impulses over `step` among them; 0: without
   // structure_members.cpp
   void set_members();
@@ -250,7 +255,10 @@ class FemStructure : public Structure {
   std::vector<MemberState> find_member_states(bool widths) const;
   MemberState member_state(std::size_t member, AlignedVector& force, bool widths) const;
   // structure_capacity.cpp
-  std::unique_ptr<FemStructure> cut_out(const PierPlace& place) const;
+  std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
+  std::size_t pier_count() const;   // of members_: they come first
+  void needs_piers() const;
+  PushDown push_over(std::size_t member, int axis) const;
   void compute_only(const std::vector<char>& cells);
   PushDown push_down(std::size_t member) const;
   bool unharmed(const PierPlace& place) const;   // no cell of it is gone or has a history
@@ -277,7 +285,7 @@ class FemStructure : public Structure {
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;
   std::vector<Member> members_;
-  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; };
+  struct MemberPlace { Pier pier; PierPlace place; std::vector<int> segments; std::vector<std::vector<int>> cut_segments; std::vector<ElementPack> cut_packs; int deck = -1; };
   mutable std::vector<std::optional<PushDown>> unharmed_push_downs_;   // by member: what it carried while it was unharmed
   mutable std::vector<MemberPlace> member_places_;   // which lanes of their packs count is set for every use
   std::unique_ptr<LinearDynamics, LinearDynamicsDeleter> linear_;
@@ -318,6 +326,9 @@ class FemStructure : public Structure {
   double contact_step_ = 0;
   StructureEnergy books_;            // the cumulative works
   LoadTrack load_track_;
+  std::vector<int> foot_of_;         // of each supported node, as supports_.nodes
+  std::vector<Vec3> foot_centroid_;
+  std::vector<double> shortest_edge_;   // thickness of each cell, once it was asked for [m]
   std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;           // elastic energy at the half step
   double reference_kinetic_ = 0;

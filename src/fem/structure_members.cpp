@@ -1,8 +1,9 @@
-// Piers and columns as members: section forces, drift, cracks and bars.
+// Piers, columns and spans of decks as members: section forces, drift, cracks and bars.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "core/disjoint_sets.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
@@ -19,8 +20,12 @@ Vec3 mean_displacement(const std::vector<int>& nodes, const AlignedVector& u) {
 
 void FemStructure::set_members() {
   if (supports_.nodes.empty()) return;
-  for (const Pier& pier : find_piers(spec_)) {
-    MemberPlace m{pier, place_of(pier, mesh_, stations), {}, {}, {}};
+  std::vector<Pier> all = find_piers(spec_);
+  for (Pier& span : find_spans(spec_)) all.push_back(std::move(span));
+  int deck = 0;
+  for (const Pier& pier : all) {
+    MemberPlace m{pier, place_of(pier, mesh_, stations), {}, {}, {}, pier.span ? deck : -1};
+    if (pier.span) ++deck;
     if (m.place.cells.empty()) continue;
     for (const Cut& cut : m.place.cuts) m.cut_packs.push_back(operator_->pack_of(cut.cells));
     if (bars_) {
@@ -29,6 +34,8 @@ void FemStructure::set_members() {
     }
     Member info;
     info.name = pier.name;
+    info.span = pier.span;
+    info.section = {pier.shape.width, pier.shape.section == rebar::Member::Section::round ? pier.shape.width : pier.shape.depth};
     info.base = pier.shape.base;
     info.axis_x = pier.shape.axis_x;
     info.axis_y = pier.shape.axis_y;
@@ -68,16 +75,46 @@ std::vector<MemberState> FemStructure::find_member_states(bool widths) const {
   return states;
 }
 
+/// Feet: supported nodes that cells join, each with the pier that stands on it.
+void FemStructure::find_feet() {
+  std::vector<int> place(mesh_.nodes.size(), -1);
+  for (std::size_t i = 0; i < supports_.nodes.size(); ++i) place[static_cast<std::size_t>(supports_.nodes[i])] = static_cast<int>(i);
+  DisjointSets joined(static_cast<int>(supports_.nodes.size()));
+  for (const auto& hex : mesh_.hexes) {
+    int first = -1;
+    for (const int n : hex)
+      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0) first < 0 ? void(first = i) : void(joined.join(first, i));
+  }
+  std::vector<int> number(supports_.nodes.size(), -1), count;
+  foot_of_.clear(), foot_centroid_.clear();
+  for (std::size_t i = 0; i < supports_.nodes.size(); ++i) {
+    int& foot = number[static_cast<std::size_t>(joined.root(static_cast<int>(i)))];
+    if (foot < 0) foot = static_cast<int>(count.size()), count.push_back(0), foot_centroid_.push_back(Vec3::Zero());
+    foot_of_.push_back(foot);
+    ++count[static_cast<std::size_t>(foot)];
+    foot_centroid_[static_cast<std::size_t>(foot)] += mesh_.nodes[static_cast<std::size_t>(supports_.nodes[i])];
+  }
+  for (std::size_t k = 0; k < count.size(); ++k) foot_centroid_[k] /= count[k];
+  std::vector<int> member(count.size(), -1);
+  for (std::size_t m = 0; m < members_.size(); ++m)
+    for (const int n : members_[m].span ? std::vector<int>{} : member_places_[m].place.foot)
+      if (const int i = place[static_cast<std::size_t>(n)]; i >= 0) member[static_cast<std::size_t>(foot_of_[static_cast<std::size_t>(i)])] = static_cast<int>(m);
+  load_track_.name_feet(foot_centroid_, member);
+}
+
 /// What it carries now is what it carries for good.
 void FemStructure::begin_loads() {
   if (supports_.nodes.empty()) return;
   forces(time_);
-  load_track_.begin(support_reaction(0), members_, member_states());
+  find_feet();
+  load_track_.begin(foot_reactions(0), members_, member_states());
+  watch_stress(0);
 }
 
 void FemStructure::watch_loads(double t, double h) {
   if (!load_track_.begun()) return;
-  load_track_.react(t, h, support_reaction(h));
+  load_track_.react(t, h, foot_reactions(h));
+  if (load_track_.due(h) && load_track_.widths_due(t, h)) watch_stress(t);
   if (!load_track_.due(h)) load_track_.pass(h);
   else if (load_track_.widths_due(t, h)) load_track_.sample(t, h, members_, member_states());
   else load_track_.sample(t, h, members_, find_member_states(false));
@@ -113,10 +150,14 @@ MemberState FemStructure::member_state(std::size_t k, AlignedVector& force, bool
     state.shear.push_back({total.dot(x), total.dot(y)});
     state.moment.push_back({moment.dot(x), moment.dot(y)});
   }
-  const Vec3 drift = mean_displacement(m.place.top, u_) - mean_displacement(m.place.foot, u_);
+  // Nodes that no cell holds any more stay where they were: they say nothing of a section.
+  const auto gone = [&](const std::vector<int>& section) { return std::none_of(section.begin(), section.end(), [&](int n) { return cells_at_node_[n] > 0; }); };
+  const std::vector<int>& middle = m.place.cuts[m.place.cuts.size() / 2].nodes;
+  const Vec3 top = mean_displacement(m.place.top, u_), foot = mean_displacement(m.place.foot, u_);
+  const Vec3 drift = m.pier.span ? Vec3(mean_displacement(middle, u_) - (top + foot) / 2) : Vec3(top - foot);
   state.drift = {drift.dot(x), drift.dot(y)};
-  // Nodes that no cell holds any more stay where they were: they tell of no top.
-  if (std::none_of(m.place.top.begin(), m.place.top.end(), [&](int n) { return cells_at_node_[n] > 0; })) state.drift.fill(std::numeric_limits<double>::quiet_NaN());
+  if (gone(m.place.top) || (m.pier.span && (gone(m.place.foot) || gone(middle)))) state.drift.fill(std::numeric_limits<double>::quiet_NaN());
+  if (m.pier.span) state.ends_unseated = bearings_->ends_unseated(m.deck), state.end_shift = std::max(top.norm(), foot.norm());
   for (int cell : m.place.cells) {
     if (!live_[cell]) state.lost_volume += cell_mass_[cell] / spec_.density;
     else if (widths && damage_ && own_cell(cell)) state.crack_width = std::max(state.crack_width, damage_->crack_width(cell, u_.data()));

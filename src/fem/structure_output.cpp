@@ -177,6 +177,20 @@ Vec6 FemStructure::support_reaction(double step) const {
   return total;
 }
 
+std::vector<double> FemStructure::foot_reactions(double step) const {
+  std::vector<double> all(6 + 3 * foot_centroid_.size(), 0.0);
+  for (std::size_t i = 0; i < supports_.nodes.size(); ++i) {
+    const int n = supports_.nodes[i];
+    if (!own_node(n)) continue;
+    const auto foot = static_cast<std::size_t>(foot_of_[i]);
+    const Vec3 f = on_support(f_ext_, f_int_, contact_impulse_, step, n, supports_.held[n]);
+    const Vec3 total = (position(n) - supports_.centroid).cross(f), own = (position(n) - foot_centroid_[foot]).cross(f);
+    for (int c = 0; c < 3; ++c) all[static_cast<std::size_t>(c)] += f[c], all[static_cast<std::size_t>(3 + c)] += total[c], all[6 + 3 * foot + static_cast<std::size_t>(c)] += own[c];
+  }
+  sum(all);
+  return all;
+}
+
 Vec3 FemStructure::base_force() const {
   const_cast<FemStructure*>(this)->forces(time_);
   return support_reaction(contact_step_).head<3>();
@@ -360,7 +374,8 @@ void FemStructure::start_over() {
   moved();
   if (supports_.nodes.empty()) return;
   forces(time_);
-  load_track_.begin_again(support_reaction(0), members_, member_states());
+  load_track_.begin_again(foot_reactions(0), members_, member_states());
+  watch_stress(0);
 }
 
 Structure::Snapshot FemStructure::snapshot() const {

@@ -31,15 +31,19 @@ std::string rounded(double count) {
   return fmt::format("{:.0f}", unit * std::round(count / unit));
 }
 
-/// A bound from below on the longest edge of the cells [m].
-double longest_edge(const StructureSpec& spec) {
-  if ((spec.kind != "box" && spec.kind != "column") || !spec.refinements.empty()) return 0;
-  double edge = 0;
+/// A bound from below on the longest edge and diagonal of the cells [m].
+material::CellSize largest_cell(const StructureSpec& spec) {
+  if ((spec.kind != "box" && spec.kind != "column") || !spec.refinements.empty()) return {};
+  material::CellSize size;
+  double square = 0;
   for (int i = spec.kind == "column" && spec.section != "rectangular" ? 2 : 0; i < 3; ++i) {
     const double count = spec.cells[i] > 0 ? spec.cells[i] : spec.cell_size > 0 ? std::ceil(spec.size[i] / spec.cell_size - 1e-9) : 0;
-    if (count > 0) edge = std::max(edge, spec.size[i] / count);
+    if (!(count > 0)) continue;
+    const double edge = spec.size[i] / count;
+    size.edge = std::max(size.edge, edge), square += edge * edge;
   }
-  return edge;
+  size.diagonal = std::sqrt(square);
+  return size;
 }
 
 void check_law(const StructureSpec& spec) {
@@ -52,7 +56,7 @@ void check_law(const StructureSpec& spec) {
   input.f_t = spec.tensile_strength;
   input.fracture_energy = spec.fracture_energy;
   const material::Concrete concrete = material::mc2010(input, "structure." + spec.name + ".material");
-  make_damage_field(spec.damage, HexMesh{}, concrete, spec.rate_effect, true, longest_edge(spec), "structure." + spec.name + ".cell_size");
+  make_damage_field(spec.damage, HexMesh{}, concrete, spec.rate_effect, true, largest_cell(spec), "structure." + spec.name + ".cell_size");
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ void FemStructure::divide() {
   if (damage_) {
     std::vector<double> state;
     damage_->save(state);
-    all_damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, 0, "");
+    all_damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, {}, "");
     all_damage_->restore(state);
     damage_->restrict_to(partition_->local_cells(), partition_->own_cells());
   }

@@ -114,8 +114,13 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   set_masses();
   operator_ = std::make_unique<ElementOperator>(mesh_, shear_, bulk_, spec_.damage != "none");
   if (spec_.damage != "none") {
-    double largest = 0;
-    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) largest = std::max(largest, 2 * jacobian(mesh_, cell, Vec3::Zero()).colwise().norm().maxCoeff());
+    material::CellSize largest;
+    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
+      const Mat3 edges = 2 * jacobian(mesh_, cell, Vec3::Zero());
+      largest.edge = std::max(largest.edge, edges.colwise().norm().maxCoeff());
+      for (const double y : {1.0, -1.0})
+        for (const double z : {1.0, -1.0}) largest.diagonal = std::max(largest.diagonal, (edges * Vec3(1, y, z)).norm());
+    }
     damage_ = make_damage_field(spec_.damage, mesh_, *concrete_, spec_.rate_effect, finite_, largest, "structure." + spec_.name + ".cell_size");
     f_visc_.assign(4 * n, 0.0);
   }

@@ -38,7 +38,7 @@ struct ViaductPlan {
   struct Pad { Vec3 at; int deck, end; double length, width; };                     // at: on the cap, body axes
   std::vector<Part> parts;
   std::vector<Pad> pads;
-  std::vector<Pier> piers;               // world axes
+  std::vector<Pier> piers, spans;        // world axes
   struct Soffit { Vec3 start, end, across; double width; };  // lower side of a girder or solid deck, world axes; across: unit vector
   std::vector<Soffit> soffits;
   double bearing_height = 0.1, bearing_stiffness = 1e7, bearing_friction = 0.3, bearing_seat = 0.5;

@@ -205,7 +205,27 @@ class Layout {
     const double rest = std::min(0.4 * (m_.cap_x - joint), 0.6);  // length of a bearing along the axis
     for (int end = 0; end < 2; ++end)
       for (double y : lines) plan_.pads.push_back({Vec3(end == 0 ? x0 + rest / 2 : x1 - rest / 2, y, cap_top_), s, end, rest, width});
+    plan_.spans.push_back(span(s, x0, x1, part));
     plan_.parts.push_back(std::move(part));
+  }
+
+  Pier span(int s, double x0, double x1, const ViaductPlan::Part& part) const {
+    Pier span;
+    span.name = fmt::format("S{}", s + 1);
+    span.span = true;
+    span.clear = x1 - x0;
+    rebar::Member& member = span.shape;
+    member.width = m_.deck_y, member.depth = m_.deck_z, member.length = span.clear;
+    member.base = world(Vec3(x0, 0, bottom() + m_.deck_z / 2));
+    member.axis_x = spec_.rotation * Vec3::UnitY();
+    member.axis_y = spec_.rotation * Vec3::UnitZ();
+    if (m_.girders > 0) {
+      // Slab and webs, and between the webs the lower slab.
+      const double soffit = part.boxes.back().sizes().y();
+      span.area = m_.deck_y * m_.slab + m_.girders * m_.web * (m_.deck_z - m_.slab) + m_.lower_slab * std::max(0.0, soffit - m_.girders * m_.web);
+      span.web = {m_.slab + m_.lower_slab, m_.girders * m_.web};
+    }
+    return span;
   }
 
   double bottom() const { return cap_top_ + m_.bearing_height; }

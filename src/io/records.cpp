@@ -25,11 +25,11 @@ void block_fields(auto& b, auto&& f) {
 }
 
 void member_fields(auto& m, auto&& f) {
-  f(m.name), f(m.base), f(m.axis_x), f(m.axis_y), f(m.length), f(m.volume), f(m.stations), f(m.axial_preload), f(m.shear_design), f(m.shear_mean);
+  f(m.name), f(m.span), f(m.base), f(m.axis_x), f(m.axis_y), f(m.length), f(m.volume), f(m.section), f(m.stations), f(m.axial_preload), f(m.shear_design), f(m.shear_mean);
 }
 
 void member_state_fields(auto& m, auto&& f) {
-  f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded), f(m.bars_broken);
+  f(m.axial), f(m.shear), f(m.moment), f(m.drift), f(m.crack_width), f(m.lost_volume), f(m.bars_yielded), f(m.bars_broken), f(m.ends_unseated), f(m.end_shift);
 }
 
 void load_peak_fields(auto& p, auto&& f) { f(p.value), f(p.time), f(p.station); }
@@ -49,6 +49,8 @@ void ledger_fields(auto& l, auto&& f) {
 void structure_row_fields(auto& s, auto&& f) {
   f(s.base_force), f(s.base_moment), f(s.probe_displacement), f(s.damage_max), f(s.damaged_volume), f(s.spalled_volume);
   for (auto* p : {&s.peaks.force, &s.peaks.shear, &s.peaks.moment}) load_peak_fields(*p, f);
+  f(s.peaks.moment_at), f(s.peaks.moment_member);
+  for (auto* p : {&s.peaks.tension, &s.peaks.compression}) f(p->value), f(p->time), f(p->strength), f(p->share), f(p->at);
 }
 
 void mesh_fields(auto& s, auto&& f) { f(s.nodes), f(s.hexes), f(s.bars); }

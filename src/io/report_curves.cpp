@@ -56,6 +56,7 @@ void ledger(ReportData& d) {
 void member_histories(ReportData& d, const std::string& p, const std::string& structure, const std::string& key, const json& extra) {
   if (!d.file.exists(p + "name")) return;
   const std::vector<std::string> names = d.file.read_texts(p + "name");
+  const std::vector<std::string> kinds = d.file.exists(p + "kind") ? d.file.read_texts(p + "kind") : std::vector<std::string>(names.size(), "pier");
   const auto shear = d.file.read<double>(p + "shear"), moment = d.file.read<double>(p + "moment");
   const std::size_t stations = shear.dims[2], width = names.size() * stations * 2;
   const auto resultant = [&](const Array<double>& a, std::size_t member, std::size_t station) {
@@ -67,8 +68,9 @@ void member_histories(ReportData& d, const std::string& p, const std::string& st
   };
   for (std::size_t m = 0; m < names.size(); ++m) {
     const auto plot = [&](const Array<double>& a, const char* what, const char* title, const char* unit) {
+      const bool span = kinds[m] == "span";
       curves(d, fmt::format("{}_member_{}_{}", key, m, what), fmt::format("{}, {}: {}", structure, names[m], title), unit, d.time,
-             {{"base", resultant(a, m, 0)}, {"mid-height", resultant(a, m, stations / 2)}, {"top", resultant(a, m, stations - 1)}}, 3000, extra);
+             {{span ? "start" : "base", resultant(a, m, 0)}, {span ? "middle" : "mid-height", resultant(a, m, stations / 2)}, {span ? "end" : "top", resultant(a, m, stations - 1)}}, 3000, extra);
     };
     plot(shear, "shear", "shear force", "N");
     plot(moment, "moment", "bending moment", "N m");

@@ -74,15 +74,17 @@ void write_geometry(Hdf5File& file, const sim::RunHeader& h) {
     const std::string p = "/history/structures/" + safe_name(s.name) + "/";
     file.write(p + "probe_name", s.probes, "names of the probes");
     if (!s.members.empty()) {
-      std::vector<std::string> names;
+      std::vector<std::string> names, spans;
       std::vector<double> stations, frame, shear;
       for (const Member& m : s.members) {
         names.push_back(m.name);
         stations.insert(stations.end(), m.stations.begin(), m.stations.end());
         for (const Vec3* v : {&m.base, &m.axis_x, &m.axis_y}) frame.insert(frame.end(), v->data(), v->data() + 3);
+        spans.push_back(m.span ? "span" : "pier");
         for (const auto& r : {m.shear_design, m.shear_mean}) shear.insert(shear.end(), r.begin(), r.end());
       }
       file.write(p + "members/name", names, "names of the members");
+      file.write(p + "members/kind", spans, "pier (columns and boxes too) or span (of a deck)");
       file.write<double>(p + "members/station", stations, {names.size(), s.members[0].stations.size()}, "m", "distance of the sections from the base");
       file.write<double>(p + "members/frame", frame, {names.size(), 3, 3}, "m, 1, 1", "rows: centre of the base, axis_x, axis_y; the member runs along axis_x x axis_y");
       file.write<double>(p + "members/shear_resistance", shear, {names.size(), 2, 2}, "N", "EN 1992-1-1 6.2: rows design (accidental), mean strengths; columns along axis_x, axis_y");

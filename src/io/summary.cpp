@@ -222,6 +222,21 @@ std::string SummaryBuilder::algorithmic_warning() const {
   return text;
 }
 
+/// Stress that elastic cells bear and concrete does not.
+std::string SummaryBuilder::elastic_warning(std::size_t i) const {
+  const LoadPeaks& p = structures_[i].loads;
+  const auto part = [](const StressPeak& s, const char* what) {
+    return s.strength > 0 && s.value > s.strength
+               ? fmt::format("{:.3g} MPa {} in concrete of {:.3g} MPa (at [{:.3g}, {:.3g}, {:.3g}], t = {:.4g} s; {:.2g} % of the volume at most)", s.value / 1e6, what, s.strength / 1e6, s.at.x(), s.at.y(), s.at.z(), s.time, 100 * s.share)
+               : std::string();
+  };
+  const std::string pressed = part(p.compression, "of compression"), pulled = part(p.tension, "of tension");
+  if (pressed.empty() && pulled.empty()) return "";
+  return fmt::format("{} is elastic in this run (damage = \"none\") and bears what concrete cannot: {}{}{}. Its forces, displacements and the blocks' rebound are those of a material without strength limit; "
+                     "run it with damage = \"concrete\"",
+                     header_.structures[i].name, pressed, pressed.empty() || pulled.empty() ? "" : ", ", pulled);
+}
+
 double SummaryBuilder::least_kinetic() const {
   constexpr double least = 5e-5;   // [J/kg] 1 cm/s
   double mass = 0;
@@ -231,7 +246,10 @@ double SummaryBuilder::least_kinetic() const {
 
 std::vector<std::string> SummaryBuilder::warnings(const json& formulas) const {
   constexpr double allowed = 0.01;   // of the largest kinetic energy
-  std::vector<std::string> list = header_.warnings;
+  std::vector<std::string> list;
+  for (std::size_t i = 0; i < structures_.size(); ++i)
+    if (std::string beyond = elastic_warning(i); !beyond.empty()) list.push_back(std::move(beyond));
+  list.insert(list.end(), header_.warnings.begin(), header_.warnings.end());
   const double scale = std::max(kinetic_peak_, std::abs(last_.external_work));   // a load that is put on slowly moves little
   if (std::abs(last_.by_the_scheme()) > allowed * scale && kinetic_peak_ > least_kinetic())
     list.push_back(algorithmic_warning());
@@ -463,6 +481,22 @@ void SummaryBuilder::member_lines(std::size_t i, std::vector<std::string>& lines
     others += fmt::format("{}{} {} class {}{}", others.empty() ? "" : ", ", rest, others.empty() ? "members of" : "more of", next.grade, next.grade > 0 ? " or less" : "");
   }
   lines.push_back(fmt::format("Other members of {}: {}.", info.name, others));
+  function_line(i, lines);
+}
+
+/// What traffic the spans of a deck may carry, the worst first.
+void SummaryBuilder::function_line(std::size_t i, std::vector<std::string>& lines) const {
+  std::string spans;
+  std::size_t open = 0;
+  for (const char* state : {"closed", "restricted", "open"})
+    for (const MemberTrack& m : structures_[i].members) {
+      const MemberTrack::Function f = m.function();
+      if (f.basis.empty() || std::string_view(f.state) != state) continue;
+      if (std::string_view(state) == "open") ++open;
+      else spans += fmt::format("{}{} {} ({})", spans.empty() ? "" : ", ", m.name(), f.state, f.basis);
+    }
+  if (open > 0) spans += fmt::format("{}{} open", spans.empty() ? "" : ", ", open == 1 ? "1 span" : fmt::format("{} spans", open));
+  if (!spans.empty()) lines.push_back(fmt::format("Deck of {}: {}. Our own rule: closed from damage class 3, joints moved by 50 mm or 1/250 of the span; restricted from class 2 or 1/1000.", header_.structures[i].name, spans));
 }
 
 /// Slower than a hundredth of what a fall from its own size gives, and not about to get faster: a block that was let go a moment ago is slow too.

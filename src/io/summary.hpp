@@ -110,6 +110,7 @@ class SummaryBuilder {
   bool elastic(std::size_t structure) const;
   /// How bad: damage class and V_dyn / V_Rd of every member, the worst first.
   void member_lines(std::size_t structure, std::vector<std::string>& lines) const;
+  void function_line(std::size_t structure, std::vector<std::string>& lines) const;
   void piece_line(std::size_t structure, std::vector<std::string>& lines) const;
   void block_lines(std::vector<std::string>& lines) const;
   bool moves(std::size_t block) const;
@@ -125,6 +126,7 @@ class SummaryBuilder {
   const Impact* first_strike(std::size_t structure) const;
   /// When the structure began to fail before any block was at it [s]; < 0: it did not.
   double failed_before_strike(std::size_t structure) const;
+  std::string elastic_warning(std::size_t structure) const;   // empty: its concrete bears what the run found
   std::string against_algorithmic() const;
   std::string algorithmic_warning() const;
   double least_kinetic() const;   // kinetic energy below which nothing moves that could be judged [J]

@@ -20,6 +20,11 @@ json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
 double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
 double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
 
+json of_stress(const StressPeak& p) {
+  if (!(p.strength > 0 && p.value > p.strength)) return {};
+  return {{"value", p.value}, {"time", p.time}, {"at", vec(p.at)}, {"strength", p.strength}, {"share_beyond", p.share}};
+}
+
 json of_impacts(const sim::RunHeader& header, const std::vector<Impact>& list) {
   json impacts = json::array();
   for (const Impact& m : list) {
@@ -128,6 +133,10 @@ json SummaryBuilder::of_structures() const {
                           {"peak_base_shear_time", s.loads.shear.time},
                           {"peak_base_moment", s.loads.moment.value},
                           {"peak_base_moment_time", s.loads.moment.time},
+                          {"peak_base_moment_at", s.loads.moment.value > 0 ? vec(s.loads.moment_at) : json()},
+                          {"peak_base_moment_member", s.loads.moment_member >= 0 && s.loads.moment_member < static_cast<int>(info.members.size()) ? json(info.members[static_cast<std::size_t>(s.loads.moment_member)].name) : json()},
+                          {"elastic_tension", of_stress(s.loads.tension)},
+                          {"elastic_compression", of_stress(s.loads.compression)},
                           {"preload_force", vec(s.first_force)},
                           {"preload_moment", vec(s.first_moment)},
                           {"damage_max", s.damage},

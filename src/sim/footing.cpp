@@ -26,7 +26,8 @@ std::vector<Foot> feet_of(const StructureSpec& spec, std::span<const Member> mem
   std::vector<Foot> feet;
   const Vec3 x = 0.5 * spec.size.x() * spec.rotation.col(0), y = 0.5 * spec.size.y() * spec.rotation.col(1), z = spec.size.z() * spec.rotation.col(2);
   if (spec.kind == "viaduct")
-    for (const Member& m : members) feet.push_back({" " + m.name, m.base, m.length, {Vec3::Zero(), Vec3::Zero()}});
+    for (const Member& m : members)
+      if (!m.span) feet.push_back({" " + m.name, m.base, m.length, {Vec3::Zero(), Vec3::Zero()}});
   if (spec.kind == "column" && stands(spec)) feet.push_back({"", spec.position, spec.size.z(), {x, y}});
   if (spec.kind == "box" && stands(spec)) feet.push_back({"", spec.position - 0.5 * z, spec.size.z(), {x, y}});
   return feet;

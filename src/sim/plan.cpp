@@ -185,7 +185,8 @@ std::vector<std::string> standing_lines(const StructureSpec& spec, const Structu
   if (spec.kind != "viaduct") return lines;
   const Vec3 axis = spec.rotation.col(0);
   lines.push_back(fmt::format("  Axis along [{:.3g}, {:.3g}, {:.3g}] from the first pier. Heights up to the top of the cap beam:", axis.x(), axis.y(), axis.z()));
-  for (const Member& m : structure.members()) lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(), m.base.y(), m.base.z(), m.length));
+  for (const Member& m : structure.members())
+    if (!m.span) lines.push_back(fmt::format("  {}: foot at [{:.6g}, {:.6g}, {:.6g}], {:.4g} m high", m.name, m.base.x(), m.base.y(), m.base.z(), m.length));
   return lines;
 }
 

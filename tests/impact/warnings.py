@@ -112,7 +112,7 @@ expect("in the ground", check(base, "--set", "block.B.position=[80, 80, 21.3]"),
 expect("out of the ground", check(base, "--set", "block.B.position=[80, 80, 21.501]"), 0, "No problems found")
 expect("in a column", check(base + column % ("6", "1 m"), "--set", "block.B.position=[21.3, 50, 12]"), 2, "move it by [0.2, 0, 0] m or farther")
 # Fewer than three cells across where damage is asked for; three to five are told in the plan, six and more not at all.
-for size, expected, absent in (("1 m", "makes 2 cells across the smallest section (2 m)", "Damage of P"), ("0.5 m", "Damage of P: 4 cells across its smallest section (2 m)", "makes 4"), ("0.33 m", "No problems found", "Damage of P")):
+for size, expected, absent in (("0.68 m", "Damage of P: 3 cells across its smallest section (2 m)", "makes 3"), ("0.5 m", "Damage of P: 4 cells across its smallest section (2 m)", "makes 4"), ("0.33 m", "No problems found", "Damage of P")):
     expect(f"cells of {size} with damage", check(base + column % ("6", size) + 'damage = "concrete"\n'), 0, expected, absent=[absent])
 expect("cells of 1 m without damage", check(base + column % ("6", "1 m")), 0, "No problems found", absent=["Damage of P"])
 expect("fragments off", check(base + column % ("6", "0.33 m") + 'damage = "concrete"\n[coupling]\nfragments = false\n'), 0, "No problems found", "Fragments: off; parts that lose their support stay in the mesh")

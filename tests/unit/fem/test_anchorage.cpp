@@ -120,3 +120,26 @@ TEST(Anchorage, TheBaseSectionYieldsWhereItsSteelSays) {
   EXPECT_GT(most / expected, 0.93);
   EXPECT_LT(most / expected, 1.15);
 }
+
+// A tied column pushed at its top bears the moment of its foot over its height; by rule M_Rd of the same section, as the hand calculation, and N_Rd = f_cd A_c + f_yd A_s.
+TEST(Capacity, LateralForceIsTheMomentOfTheFootOverTheHeight) {
+  StructureSpec s = column();
+  s.rebar_rules.push_back({"stirrups", "pier", 0, 0.010, 0.02, 0.1, 500e6, 0.05, 0});
+  const FemStructure structure(s, Vec3::Zero(), silent);
+  const SectionResistance rule = structure.section_resistances().at(0);
+  const double hand = section_moment(0.01), steel = bar_count * M_PI / 4 * bar_diameter * bar_diameter;
+  for (const int axis : {0, 1}) {
+    EXPECT_NEAR(rule.mean.moment[static_cast<std::size_t>(axis)] / hand, 1, 0.05);
+    EXPECT_LT(rule.design.moment[static_cast<std::size_t>(axis)], rule.mean.moment[static_cast<std::size_t>(axis)]);
+  }
+  EXPECT_NEAR(rule.design.compression / (side * side * 30e6 / 1.2 + steel * 400e6), 1, 0.05);   // bars at 2 per mille
+  EXPECT_NEAR(rule.design.tension / (steel * 500e6), 1, 1e-6);
+  const std::vector<PushDown> over = structure.push_over();
+  ASSERT_EQ(over.size(), 2u);
+  EXPECT_EQ(over[1].axis, 1);
+  for (const PushDown& p : over) {
+    EXPECT_GT(p.capacity * height / hand, 0.9);
+    EXPECT_LT(p.capacity * height / hand, 1.25);
+  }
+  EXPECT_NEAR(over[0].capacity / over[1].capacity, 1, 0.01);   // a square section
+}

@@ -89,9 +89,18 @@ TEST(Mc2010, SnapbackErrorNamesTheSizeNeeded) {
   const Concrete c = mc2010(38e6);
   const double limit = snapback_limit(c.young, c.f_t, c.fracture_energy);
   EXPECT_NEAR(limit, 1.124, 0.002);  // 2 x 33.55e9 x 140.5 / 2.896e6^2
-  EXPECT_NO_THROW(check_cell_size(limit, "2 E G_F / f_t^2", 0.99 * limit));
+  EXPECT_NO_THROW(check_cell_size(limit, "2 E G_F / f_t^2", {0.99 * limit, 0.99 * limit}));
+  EXPECT_NO_THROW(check_cell_size(limit, "2 E G_F / f_t^2", {0.59 * limit, 0.59 * std::sqrt(3.0) * limit}));
   try {
-    check_cell_size(limit, "2 E G_F / f_t^2", 1.5, "structure.P1.cell_size");
+    check_cell_size(limit, "2 E G_F / f_t^2", {0.7, 0.7 * std::sqrt(3.0)}, "structure.P1.cell_size");
+    FAIL() << "a crack across the diagonal would cost 1.10 G_F";
+  } catch (const InputError& e) {
+    EXPECT_NE(e.problems()[0].rule.find("diagonal"), std::string::npos) << e.what();
+    EXPECT_NE(e.problems()[0].rule.find("1.10 G_F"), std::string::npos) << e.what();
+    EXPECT_NE(e.problems()[0].remedy.find("0.634 m or less"), std::string::npos) << e.what();
+  }
+  try {
+    check_cell_size(limit, "2 E G_F / f_t^2", {1.5, 1.5}, "structure.P1.cell_size");
     FAIL() << "accepted";
   } catch (const InputError& e) {
     EXPECT_EQ(e.problems()[0].key, "structure.P1.cell_size");

@@ -78,6 +78,31 @@ TEST(MemberTrack, AMemberWhoseTopCameOffIsLostAndHasNoDrift) {
   EXPECT_NEAR(j["peak_drift"].get<double>(), 0.02, 1e-12);   // while it was there
 }
 
+// A span that has left its bearings at one end is lost, one that sags is closed by its deflection, one that cracked a little stays open.
+TEST(MemberTrack, SpansAreJudgedByTheirDeflectionAndTheirSeats) {
+  Member span = pier();
+  span.span = true;
+  const auto after = [&](double deflection, int unseated, double shift, double crack) {
+    MemberTrack track(span);
+    MemberState s;
+    MemberPeaks peaks;
+    track.add(0, s, peaks);
+    s.drift = {0, -deflection}, s.ends_unseated = unseated, s.end_shift = shift;
+    peaks.crack_width = crack;
+    for (const double t : {0.91, 1.0}) track.add(t, s, peaks);
+    return track.summary();
+  };
+  const double length = span.length;
+  EXPECT_EQ(after(0, 1, 0, 0)["damage_class_name"], "lost");
+  EXPECT_EQ(after(0, 1, 0, 0)["function"], "closed");
+  EXPECT_EQ(after(length / 200, 0, 0, 0)["function"], "closed");
+  EXPECT_EQ(after(length / 500, 0, 0, 0)["function"], "restricted");
+  EXPECT_EQ(after(length / 5000, 0, 0.06, 0)["function"], "closed");
+  EXPECT_EQ(after(length / 5000, 0, 0, 5e-4)["function"], "restricted");   // class 2
+  EXPECT_EQ(after(length / 5000, 0, 0, 2e-4)["function"], "open");         // class 1
+  EXPECT_TRUE(MemberTrack(pier()).summary()["function"].is_null());
+}
+
 TEST(MemberTrack, WhatIsElasticAloneHasNoDamageClass) {
   Member m = pier();
   m.shear_design = m.shear_mean = {0, 0};   // not of concrete
