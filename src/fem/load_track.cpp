@@ -51,6 +51,12 @@ void LoadTrack::begin(const Vec6& reaction, std::span<const Member> members, std
   }
 }
 
+void LoadTrack::shift(const Vec6& reaction, std::span<const std::array<double, 2>> drift) {
+  at_start_ += reaction;
+  for (std::size_t k = 0; k < std::min(drift.size(), first_drift_.size()); ++k)
+    for (std::size_t axis = 0; axis < 2; ++axis) first_drift_[k][axis] += drift[k][axis];
+}
+
 void LoadTrack::begin_again(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states) {
   const Vec6 permanent = at_start_;
   const RunningMean so_far = reactions_;   // a reaction of the moment is no mean

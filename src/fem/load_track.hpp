@@ -25,6 +25,8 @@ class LoadTrack {
   void begin(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states);
   /// A new run from where it is, in motion perhaps: the permanent load stays what it was.
   void begin_again(const Vec6& reaction, std::span<const Member> members, std::span<const MemberState> states);
+  /// The permanent load's state is another by so much, of a finer mesh: what is counted from it goes on.
+  void shift(const Vec6& reaction, std::span<const std::array<double, 2>> drift);
   /// Reaction under permanent load.
   const Vec6& permanent() const { return at_start_; }
   /// The reaction over a step of `duration` that ends at t [s].
