@@ -38,18 +38,35 @@ std::vector<FaceKey> sorted_faces(const HexMesh& mesh) {
 }
 }  // namespace
 
+namespace {
+/// Of a face between cells of two sizes: whether this cell is the smaller one (1), the larger one (-1), or neither (0).
+int smaller_side(const HexMesh& mesh, int cell, int face, int other) {
+  if (mesh.hanging.empty()) return 0;
+  const auto &mine = mesh.hexes[cell], &theirs = mesh.hexes[other];
+  if (std::all_of(hex_faces[face], hex_faces[face] + 4, [&](int k) { return std::find(theirs.begin(), theirs.end(), mine[k]) != theirs.end(); })) return 0;
+  const auto size = [&](const std::array<int, 8>& hex) { return (mesh.nodes[hex[6]] - mesh.nodes[hex[0]]).squaredNorm(); };
+  return size(mine) < size(theirs) ? 1 : -1;
+}
+}  // namespace
+
 std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int, 6>>& neighbours, const std::vector<char>& live) {
   std::vector<SkinQuad> quads;
   const auto there = [&](int cell) { return live.empty() || live[cell]; };
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) {
-    if (!there(cell)) continue;
+  const auto add = [&](int cell, int face, int of, bool turned) {
+    SkinQuad quad{{}, of, turned ? face ^ 1 : face};
+    for (int k = 0; k < 4; ++k) quad.node[k] = mesh.hexes[cell][hex_faces[face][turned ? 3 - k : k]];
+    quads.push_back(quad);
+  };
+  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
     for (int face = 0; face < 6; ++face) {
-      if (const int other = neighbours[cell][face]; other >= 0 && there(other)) continue;
-      SkinQuad quad{{}, cell, face};
-      for (int k = 0; k < 4; ++k) quad.node[k] = mesh.hexes[cell][hex_faces[face][k]];
-      quads.push_back(quad);
+      const int other = neighbours[cell][face];
+      if (there(cell) && other < 0) add(cell, face, cell, false);
+      if (other < 0 || there(cell) == there(other)) continue;
+      const int smaller = smaller_side(mesh, cell, face, other);
+      if (smaller < 0) continue;   // bared by quarters, as the smaller cells go
+      if (there(cell)) add(cell, face, cell, false);
+      else if (smaller > 0) add(cell, face, other, true);
     }
-  }
   return quads;
 }
 
@@ -90,6 +107,8 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
     }
     i = j;
   }
+  for (int q = 0; q < static_cast<int>(quads.size()); ++q)   // of a triangle, whose last corner is there twice
+    if (quads[q].node[2] == quads[q].node[3]) parent[root(4 * q + 2)] = root(4 * q + 3);
   ClosedSurface out;
   std::vector<int> vertex(parent.size(), -1);
   for (std::size_t q = 0; q < quads.size(); ++q) {
@@ -206,11 +225,12 @@ class CellProblems {
   std::vector<Problem> problems_;
 };
 
+constexpr int edge_ends[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
+
 double shortest_edge(const HexMesh& mesh, int cell) {
-  static constexpr int ends[12][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {4, 5}, {5, 6}, {6, 7}, {7, 4}, {0, 4}, {1, 5}, {2, 6}, {3, 7}};
   const auto& hex = mesh.hexes[static_cast<std::size_t>(cell)];
   double least = INFINITY;
-  for (const auto& [a, b] : ends) least = std::min(least, (mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(a)])] - mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(b)])]).norm());
+  for (const auto& [a, b] : edge_ends) least = std::min(least, (mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(a)])] - mesh.nodes[static_cast<std::size_t>(hex[static_cast<std::size_t>(b)])]).norm());
   return least;
 }
 
@@ -249,6 +269,16 @@ void check_faces(const HexMesh& mesh, const std::string& key, const std::string&
                  "remove cells that are in the mesh twice or lie in one another");
   }
   problems.raise();
+}
+
+bool to_be_halved(const std::array<Vec3, 8>& corners, const StructureSpec::Refinement& zone) {
+  double longest = 0;
+  for (const auto& [a, b] : edge_ends) longest = std::max(longest, (corners[static_cast<std::size_t>(a)] - corners[static_cast<std::size_t>(b)]).norm());
+  if (longest <= zone.cell_size * (1 + 1e-6)) return false;
+  Box3 box;
+  for (const Vec3& x : corners) box.extend(x);
+  const Vec3 common = box.max().cwiseMin(zone.region.max()) - box.min().cwiseMax(zone.region.min());
+  return (common.array() > 1e-9 * box.sizes().array()).all();
 }
 
 void check_cells(const HexMesh& mesh, const std::string& key, const std::string& file) {

@@ -23,6 +23,12 @@ struct HangingNode {
   std::vector<std::pair<int, double>> masters;
 };
 
+/// A node that refinement has put in the middle of an edge, a face or a cell; its corners (2, 4 or 8), ascending, are of the mesh before or halved nodes themselves.
+struct HalvedNode {
+  int node = 0;
+  std::vector<int> corners;
+};
+
 struct HexMesh {
   std::vector<Vec3> nodes;
   std::vector<Vec3> local;
@@ -31,6 +37,7 @@ struct HexMesh {
   std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
   std::vector<long> number;                             // per hex, from a file: its number there, less than 0 for a quarter of a tetrahedron; else empty
   std::vector<HangingNode> hanging;                     // of a mesh that is refined in part, ascending
+  std::vector<HalvedNode> halved;                       // of such a mesh: its new nodes, corners before what they halve
   std::vector<std::array<int, 6>> across;               // of such a mesh: per hex and face the cell across it, -1: none; of four smaller ones the first
   std::string remark;                                   // of the reader: what the file holds beside its cells
 };
@@ -74,6 +81,9 @@ std::array<double, 8> shape_values(const Vec3& xi);
 std::array<Vec3, 8> shape_gradients(const Vec3& xi);
 /// The eight Gauss points, xi fastest.
 Vec3 gauss_point(int q);
+
+/// Whether more than the border of a cell lies in a zone and one of its edges is longer than the zone asks for. Corners in VTK order.
+bool to_be_halved(const std::array<Vec3, 8>& corners, const StructureSpec::Refinement& zone);
 
 /// Throws InputError for a cell with a Jacobian that is not positive at a point of integration or a corner (relative to its
 /// size), naming the first twenty, for repeated nodes, and for nodes of a cell in one place.

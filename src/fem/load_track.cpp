@@ -66,6 +66,12 @@ void LoadTrack::begin(std::span<const double> reaction, std::span<const Member> 
   }
 }
 
+void LoadTrack::shift(std::span<const double> reaction, std::span<const std::array<double, 2>> drift) {
+  for (std::size_t i = 0; i < std::min(reaction.size(), at_start_.size()); ++i) at_start_[i] += reaction[i];
+  for (std::size_t k = 0; k < std::min(drift.size(), first_drift_.size()); ++k)
+    for (std::size_t axis = 0; axis < 2; ++axis) first_drift_[k][axis] += drift[k][axis];
+}
+
 void LoadTrack::begin_again(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states) {
   const std::vector<double> permanent = at_start_;
   const RunningMean so_far = reactions_;   // a reaction of the moment is no mean

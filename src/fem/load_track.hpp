@@ -25,6 +25,8 @@ class LoadTrack {
   void begin(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states);
   /// A new run from where it is, in motion perhaps: the permanent load stays what it was.
   void begin_again(std::span<const double> reaction, std::span<const Member> members, std::span<const MemberState> states);
+  /// The permanent load's state is another by so much, of a finer mesh: what is counted from it goes on.
+  void shift(std::span<const double> reaction, std::span<const std::array<double, 2>> drift);
   /// Reaction under permanent load.
   Vec6 permanent() const { return at_start_.size() < 6 ? Vec6::Zero() : Vec6(Eigen::Map<const Vec6>(at_start_.data())); }
   /// A sample of what elastic concrete bears.

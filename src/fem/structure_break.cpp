@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "fem/bearing_pads.hpp"
+#include "fem/hanging.hpp"
 #include "fem/piece_shape.hpp"
 #include "fem/structure_fem.hpp"
 
@@ -53,7 +54,7 @@ void FemStructure::switch_off(int cell) {
   operator_->set_on(cell, false);
   if (damage_) damage_->remove(cell);
   damage_shared_ = !partition_;
-  for (int n : mesh_.hexes[cell]) --cells_at_node_[n];
+  for (int n : carriers(mesh_, cell)) --cells_at_node_[n];
 }
 
 /// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their nodes stays where other cells hold it. A node without cells would
@@ -74,7 +75,7 @@ void FemStructure::drop_orphans(const std::vector<int>& cells) {
   }
   if (supports_.nodes.empty()) return;
   for (int cell : cells)
-    for (int n : mesh_.hexes[cell]) {
+    for (int n : carriers(mesh_, cell)) {
       if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
       const Vec3 v = velocity(n);
       books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm();
@@ -144,7 +145,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
   const auto hangs = [&](const std::vector<int>& piece) {
     std::map<int, int> inside;
     for (int cell : piece)
-      for (int n : mesh_.hexes[cell]) ++inside[n];
+      for (int n : carriers(mesh_, cell)) ++inside[n];
     return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at_node_[at.first]; });
   };
   std::erase_if(pieces, [&](const std::vector<int>& piece) { return is_rubble(piece) && hangs(piece); });
@@ -179,19 +180,25 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
 
 Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats) {
   Fragment f;
-  std::map<int, double> share;  // node -> mass that leaves
+  std::map<int, double> share;  // node -> mass that leaves; of a hanging node that of what it follows
+  std::map<int, int> inside;    // node -> cells of the piece
   f.elastic = link_energy(cells);
   for (const double energy : cell_energies(cells)) f.elastic += energy;
   for (int cell : cells) {
     const std::array<double, 8> m = node_shares(cell);
-    for (int a = 0; a < 8; ++a) share[mesh_.hexes[cell][a]] += m[a];
+    for (int a = 0; a < 8; ++a) {
+      const int n = mesh_.hexes[cell][a];
+      const HangingNode* h = hanging_node(mesh_, n);
+      share[n] += h != nullptr ? 0 : m[a];
+      if (h != nullptr)
+        for (const auto& [master, weight] : h->masters) share[master] += weight * m[a];
+    }
+    for (int n : carriers(mesh_, cell)) ++inside[n];
     detached_volume_ += cell_mass_[cell] / spec_.density;
   }
   for (auto& [n, m] : share) {
     // Steel and rounding: a node that keeps no cell gives all it has.
-    int inside = 0;
-    for (int cell : cells) inside += std::count(mesh_.hexes[cell].begin(), mesh_.hexes[cell].end(), n) > 0;
-    if (inside == cells_at_node_[n]) m = mass_[n];
+    if (inside.at(n) == cells_at_node_[n]) m = mass_[n];
     const Vec3 x = position(n), v = velocity(n);
     f.mass += m;
     f.centroid += m * x;
@@ -218,14 +225,16 @@ Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<S
   std::vector<SeatedNode> seated;
   std::copy_if(seats.begin(), seats.end(), std::back_inserter(seated), [&](const SeatedNode& s) { return only[s.cell]; });
   stand_on_pads(mesh_, seated, quads, at, points);
+  quads = cut_at_middles(mesh_, quads);
   const ClosedSurface surface = close_surface(quads);
   for (int n : surface.node) f.vertices.push_back(points[at.at(n)]);
-  for (const auto& v : surface.quad) {
-    f.triangles.push_back({v[0], v[1], v[2]});
-    f.triangles.push_back({v[0], v[2], v[3]});
-  }
   std::vector<int> cell;   // of each triangle
-  for (const SkinQuad& quad : quads) cell.insert(cell.end(), {quad.cell, quad.cell});
+  for (std::size_t q = 0; q < quads.size(); ++q) {
+    const auto& v = surface.quad[q];
+    f.triangles.push_back({v[0], v[1], v[2]});
+    if (v[3] != v[2]) f.triangles.push_back({v[0], v[2], v[3]});
+    cell.resize(f.triangles.size(), quads[q].cell);
+  }
   part_touching_edges(f.vertices, f.triangles, std::move(cell));
   merge_planar(f.vertices, f.triangles);
   for (int cell : cells) switch_off(cell);

@@ -107,7 +107,7 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool
   spec.damping_ratio = 0;
   spec.loads.clear();
   spec.probes.clear();
-  auto copy = std::make_unique<FemStructure>(spec, gravity_, [](const std::string&) {});
+  auto copy = std::make_unique<FemStructure>(spec, gravity_, [](const std::string&) {}, struck_zones_, this);
   std::vector<double> state;
   save(state);
   copy->restore(state);

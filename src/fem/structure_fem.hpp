@@ -27,6 +27,7 @@
 #include <memory>
 #include <optional>
 
+#include "contact/refinable.hpp"
 #include "contact/structure.hpp"
 #include "core/disjoint_sets.hpp"
 #include "fem/aligned.hpp"
@@ -73,9 +74,11 @@ inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
 
 struct SeatedNode;   // bearing_pads.hpp
 
-class FemStructure : public Structure {
+class FemStructure : public Structure, public RefinableStructure {
  public:
-  FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report);
+  using Zones = std::vector<StructureSpec::Refinement>;
+  /// `before`: the same structure with larger cells, whose first frequency it takes. `struck`: where its cells are halved beyond what the specification asks for.
+  FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck = {}, const FemStructure* before = nullptr);
   ~FemStructure() override;
 
   const TriangleSurface& surface() const override;
@@ -126,6 +129,9 @@ class FemStructure : public Structure {
   void start_over() override;
   Vec6 permanent_reaction() const override { return load_track_.permanent(); }
   Snapshot snapshot() const override;
+  bool refinable() const override;
+  std::unique_ptr<Structure> refined(std::span<const StructureSpec::Refinement> zones) override;
+  double permanent_energy() const override { return rest_.energy; }
 
   /// For tests and verification: the mesh, the fundamental circular frequencies [rad/s], and the internal force.
   const HexMesh& mesh() const { return mesh_; }
@@ -155,6 +161,9 @@ class FemStructure : public Structure {
   void moved();                      // the state changed: caches are stale
   // structure_hanging.cpp: of a mesh that is refined in part; else they do nothing
   void refine_mesh();                // by the zones that are to end at their borders
+  std::vector<int> nodes_in(const HexMesh& coarser) const;
+  void take_over(FemStructure& before);
+  void keep_rest();                  // if cells may be halved later
   void settle_hanging_nodes();       // their masses, supports and loads go to the nodes that they follow
   void spread(AlignedVector& motion) const;    // what moves with others: u(hanging) = sum weight u(master)
   void collect(AlignedVector& force) const;    // f(master) += weight f(hanging), which becomes zero: the transpose, so that the power is the same
@@ -264,6 +273,7 @@ class FemStructure : public Structure {
   bool unharmed(const PierPlace& place) const;   // no cell of it is gone or has a history
 
   StructureSpec spec_;
+  Zones struck_zones_;
   Vec3 gravity_;
   Report report_;
   HexMesh mesh_;
@@ -329,6 +339,8 @@ class FemStructure : public Structure {
   std::vector<int> foot_of_;         // of each supported node, as supports_.nodes
   std::vector<Vec3> foot_centroid_;
   std::vector<double> shortest_edge_;   // thickness of each cell, once it was asked for [m]
+  struct Rest { AlignedVector u; double energy = 0; std::vector<double> reaction; std::vector<std::array<double, 2>> drift; };
+  Rest rest_;                        // under the permanent load alone; empty unless cells may be halved later
   std::vector<Mat3> frames_;         // T of each cell in K of the condensed steps, T K_e T^T; empty: 1 (frame_of())
   double stored_half_ = 0;           // elastic energy at the half step
   double reference_kinetic_ = 0;

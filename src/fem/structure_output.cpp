@@ -6,6 +6,7 @@
 
 #include "core/assert.hpp"
 #include "core/error.hpp"
+#include "fem/hanging.hpp"
 #include "fem/structure_fem.hpp"
 
 namespace talus::fem {
@@ -32,10 +33,10 @@ TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> 
   };
   for (const int node : nodes) {
     const double share = 1.0 / static_cast<double>(nodes.size());
-    const auto at = std::lower_bound(mesh.hanging.begin(), mesh.hanging.end(), node, [](const HangingNode& h, int n) { return h.node < n; });
-    if (at == mesh.hanging.end() || at->node != node) add(node, share);
+    const HangingNode* h = hanging_node(mesh, node);
+    if (h == nullptr) add(node, share);
     else
-      for (const auto& [master, weight] : at->masters) add(master, share * weight);
+      for (const auto& [master, weight] : h->masters) add(master, share * weight);
   }
   return out;
 }
@@ -243,6 +244,8 @@ std::string FemStructure::plan() const {
   if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
                       finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
+  if (const double fine = impact_refinement(spec_).cell_size; fine > 0)
+    text += fmt::format("{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has cracked\n", spec_.name, fine);
   text += plan_of_steps();
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
   if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
@@ -328,7 +331,7 @@ void FemStructure::restore(std::span<const double> state) {
       changed = changed || now != live_[cell];
       live_[cell] = now;
       if (now)
-        for (int n : mesh_.hexes[cell]) ++cells_at_node_[n];
+        for (int n : carriers(mesh_, static_cast<int>(cell))) ++cells_at_node_[n];
     }
     for (std::size_t n = 0; n < mass_.size(); ++n) {
       const double mass = next();

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/disjoint_sets.hpp"
+#include "fem/hanging.hpp"
 #include "fem/lattice.hpp"
 #include "fem/lowest_eigenvalue.hpp"
 #include "fem/mechanism.hpp"
@@ -61,7 +62,7 @@ bool prestressed(const Bars* bars) {
 
 }  // namespace
 
-FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report) : spec_(spec), gravity_(gravity), report_(report) {
+FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const Report& report, Zones struck, const FemStructure* before) : spec_(spec), struck_zones_(std::move(struck)), gravity_(gravity), report_(report) {
   // BLAS with several threads may sum in another order: results must not depend on the machine's load.
   if (openblas_set_num_threads) openblas_set_num_threads(1);
   if (spec_.f_cm > 0) {
@@ -77,7 +78,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     spec_.poisson = concrete_->poisson;
     spec_.density = concrete_->density;
     concrete_->aggregate = spec_.aggregate;
-    for (const std::string& line : concrete_->report) report_("structure " + spec_.name + ": " + line);
+    for (const std::string& line : before == nullptr ? concrete_->report : std::vector<std::string>{}) report_("structure " + spec_.name + ": " + line);
   }
   if (spec_.damage != "none" && !concrete_)
     bad(spec_, "damage", spec_.damage, "a damage law needs a concrete", "give the material an f_cm, or write damage = \"none\"");
@@ -101,6 +102,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   refine_mesh();
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
+  if (before != nullptr) supports_.centroid = before->supports_.centroid;   // moments go on about one point
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
   wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
   neighbours_ = neighbours(mesh_);
@@ -133,7 +135,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
       if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
   if (spec_.damping_ratio > 0 && !supports_.nodes.empty() && dofs_.size > 0) {
     progress(report_, spec_, mesh_, "first frequency");
-    omega_1_ = first_frequency();
+    omega_1_ = before != nullptr ? before->omega_1_ : first_frequency();
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && dofs_.size > 0 && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
@@ -143,6 +145,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
   divide();
   moved();
   begin_loads();
+  keep_rest();
 }
 
 FemStructure::~FemStructure() = default;
@@ -165,8 +168,8 @@ void FemStructure::check_supports() {
 void FemStructure::set_masses() {
   const std::size_t n = mesh_.nodes.size();
   cells_at_node_.assign(n, 0);
-  for (const auto& hex : mesh_.hexes)
-    for (int node : hex) ++cells_at_node_[node];
+  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
+    for (int node : carriers(mesh_, cell)) ++cells_at_node_[node];
   cell_mass_ = cell_volumes(mesh_);
   for (double& m : cell_mass_) m *= spec_.density;
   // Row sums of the consistent mass: integral of rho N_a, with the points of the stiffness.

@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <string>
 
+#include "contact/refinable.hpp"
 #include "fem/spec_error.hpp"
 
 namespace talus::fem {
@@ -17,7 +20,8 @@ Box3 box(double x0, double x1, double y0, double y1, double z0, double z1) { ret
 /// The measures of a viaduct, defaults filled in [m].
 struct Measures {
   int spans, across, girders;
-  double length, pier_spacing, pier_x, pier_y, cap_x, cap_y, cap_z, deck_y, deck_z, slab, web, lower_slab, wall;
+  double pier_spacing, pier_x, pier_y, cap_x, cap_y, cap_z, deck_y, deck_z, slab, web, lower_slab, wall;
+  std::vector<double> length;   // of each span
   double top;  // lower side of the cap beams, body axes
   bool abutments, round, levelled;
   double bearing_height, bearing_stiffness, bearing_friction, bearing_seat;
@@ -28,6 +32,8 @@ struct Measures {
   double rest() const { return 0.5 * (cap_x - joint()); }
 };
 
+const std::string length_of_one = "span_length.";   // and its number: the length of a single span
+
 class Given {
  public:
   explicit Given(const StructureSpec& spec) : spec_(spec), given_(spec.parameters.begin(), spec.parameters.end()) {
@@ -35,10 +41,24 @@ class Given {
                                   "cap_width", "cap_length", "deck_width", "deck_depth", "slab_thickness", "bottom_slab", "girders", "girder_width", "bearing_height",
                                   "bearing_stiffness", "bearing_friction", "bearing_seat", "abutments", "pier_diameter"};
     for (const auto& [key, value] : given_) {
-      if (key == "local_refinement") continue;   // no measure: how its zones of finer cells end
-      if (std::find(std::begin(known), std::end(known), key) == std::end(known)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
+      if (key == "local_refinement" || key == ImpactRefinement::size_key || key == ImpactRefinement::reach_key) continue;   // no measures: where its cells are finer
+      if (std::find(std::begin(known), std::end(known), key) == std::end(known) && !key.starts_with(length_of_one)) bad(spec, key, fmt::format("{:g}", value), "a viaduct has no such measure", fmt::format("its measures are {}: talus explain structure.{}", fmt::join(known, ", "), known[0]));
       if (!std::isfinite(value)) bad(spec, key, fmt::format("{:g}", value), "must be a number", "correct it");
     }
+  }
+
+  /// Spans of their own lengths, by number from 1 [m].
+  std::vector<std::pair<int, double>> single_lengths() const {
+    std::vector<std::pair<int, double>> found;
+    for (const auto& [key, value] : given_) {
+      if (!key.starts_with(length_of_one)) continue;
+      const std::string number = key.substr(length_of_one.size());
+      if (number.empty() || number.size() > 4 || !std::all_of(number.begin(), number.end(), [](char c) { return c >= '0' && c <= '9'; }) || number[0] == '0')
+        bad(spec_, "span_lengths", number, "no number of a span", "count the spans from 1");
+      if (!(value >= 1)) bad(spec_, "span_lengths", fmt::format("{:g} m", value), "must be at least 1 m", "correct it");
+      found.emplace_back(std::stoi(number), value);
+    }
+    return found;
   }
 
   bool has(const char* key) const { return given_.count(key) != 0; }
@@ -72,7 +92,8 @@ void check(const StructureSpec& spec, const Measures& m) {
   if (spec.section == "hollow" && !(m.wall > 0 && 2 * m.wall < std::min(m.pier_x, m.pier_y))) bad(spec, "wall_thickness", fmt::format("{:g} m", m.wall), "between 0 and half of the pier", "give the thickness of the wall");
   if (m.round && m.pier_x != m.pier_y) bad(spec, "pier_depth", fmt::format("{:g} m", m.pier_y), "a round pier has one diameter", "give diameter alone");
   if (m.round && std::min(m.cap_x, m.cap_y) < 1.1 * m.pier_x) bad(spec, "cap_width", fmt::format("{:g} m", std::min(m.cap_x, m.cap_y)), "the cap beam must be a tenth wider than a round pier", fmt::format("at least {:g} m", 1.1 * m.pier_x));
-  if (m.length <= m.cap_x + m.joint()) bad(spec, "span_length", fmt::format("{:g} m", m.length), "neighbouring cap beams overlap", fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
+  if (const double least = *std::min_element(m.length.begin(), m.length.end()); least <= m.cap_x + m.joint())
+    bad(spec, "span_length", fmt::format("{:g} m", least), "neighbouring cap beams overlap", fmt::format("more than {:g} m, or a smaller cap_width", m.cap_x + m.joint()));
   if (m.bearing_seat > m.rest()) bad(spec, "bearing_seat", fmt::format("{:g} m", m.bearing_seat), fmt::format("a deck's end rests on {:.3g} m of the cap beam (half its width less half the joint)", m.rest()), "a shorter seat, or a larger cap_width");
   if (!(spec.cell_size > 0)) bad(spec, "cell_size", "", "a viaduct needs a cell size", "give cell_size = \"0.5 m\"");
 }
@@ -91,7 +112,11 @@ Measures measures_of(const StructureSpec& spec) {
   const Given given(spec);
   Measures m{};
   m.spans = given.count("spans", 3, 1, 1000);
-  m.length = given.number("span_length", 20, 1, " m");
+  m.length.assign(static_cast<std::size_t>(m.spans), given.number("span_length", 20, 1, " m"));
+  for (const auto& [span, length] : given.single_lengths()) {
+    if (span > m.spans) bad(spec, "span_lengths", fmt::format("span {}", span), fmt::format("the viaduct has {} spans", m.spans), "count the spans from 1, or give more of them in spans");
+    m.length[static_cast<std::size_t>(span - 1)] = length;
+  }
   m.across = given.count("piers_per_bent", 1, 1, 100);
   m.pier_spacing = given.number("pier_spacing", 4, 0.1, " m");
   const double diameter = diameter_of(spec, given);
@@ -136,7 +161,11 @@ class Layout {
   }
 
  private:
-  double support_x(int i) const { return (i - first_bent_) * m_.length; }
+  /// Body axes: the first bent with piers stands at 0.
+  double support_x(int i) const {
+    const auto at = [&](int support) { return std::accumulate(m_.length.begin(), m_.length.begin() + support, 0.0); };
+    return at(i) - at(first_bent_);
+  }
   Vec3 world(const Vec3& x) const { return spec_.rotation * x + spec_.position; }
 
   /// An abutment is a founded block as deep as the cap beam, behind the joint: a bent without piers.

@@ -32,11 +32,13 @@ std::vector<Key> structure_keys() {
       {.path = "structure.cell_size", .type = Type::quantity, .dimension = length, .doc = "Edge of the finite elements.", .required = "unless cells is given (a mesh file brings its own)", .min = 0, .above = true},
       {.path = "structure.cells", .type = Type::counts, .doc = "[nx, ny, nz] elements, for box and column. Not together with cell_size.", .min = 1, .max = 10000},
       {.path = "structure.refine", .type = Type::tables, .doc = "Zones of finer cells, for box, column and viaduct with cell_size. The planes of the mesh crowd there and widen by about 1.3 from cell to cell outside."},
-      {.path = "structure.refine.region", .type = Type::table, .doc = "Box that holds the zone, in scene coordinates.", .required = "always in structure.refine"},
+      {.path = "structure.refine.region", .type = Type::table, .doc = "Box that holds the zone, in scene coordinates.", .required = "unless where is \"impact\""},
       {.path = "structure.refine.region.min", .type = Type::vector, .dimension = length, .doc = "Lower corner.", .required = "always in structure.refine.region"},
       {.path = "structure.refine.region.max", .type = Type::vector, .dimension = length, .doc = "Upper corner.", .required = "always in structure.refine.region"},
       {.path = "structure.refine.cell_size", .type = Type::quantity, .dimension = length, .doc = "Edge of the cells in the zone.", .required = "always in structure.refine", .min = 0, .above = true},
-      {.path = "structure.refine.local", .type = Type::boolean, .fallback = "false", .doc = "The finer cells end at the border of the zone: cells that it cuts are halved until they are as small as asked, nodes between cells of two sizes hang (for every kind, file meshes too; with damage = \"none\"). false: the mesh's planes crowd in the zone and go on along each axis to the far side."},
+      {.path = "structure.refine.where", .type = Type::choice, .fallback = "\"region\"", .doc = "In the region, from the start; or where blocks are about to strike, found from their paths before each blow (again before later ones elsewhere that bring a twentieth of the strongest): cells are halved there until they are as small as asked, and end there with nodes that hang (as long as nothing of it has cracked; a structure with supports, coupling.scheme = \"two-way\").", .choices = {"region", "impact"}},
+      {.path = "structure.refine.reach", .type = Type::quantity, .dimension = length, .doc = "where = \"impact\": how far around the first contact. Omitted: half of the block's size.", .min = 0, .above = true},
+      {.path = "structure.refine.local", .type = Type::boolean, .fallback = "false", .doc = "The finer cells end at the border of the zone: cells that it cuts are halved until they are as small as asked, nodes between cells of two sizes hang (for every kind, file meshes too). false: the mesh's planes crowd in the zone and go on along each axis to the far side."},
       {.path = "structure.support", .type = Type::supports, .fallback = "[\"-z\"]",
        .doc = "Faces held (\"-x\" to \"+z\"), mesh groups by name, or tables { face = }, { group = }, { point = }, { line = [[..], [..]] }, { region = { min, max } } with `held = \"xyz\"` (the directions). [] leaves it free."},
       {.path = "structure.support.face", .type = Type::choice, .doc = "Face of the bounding box.", .choices = {"-x", "+x", "-y", "+y", "-z", "+z"}},
@@ -87,6 +89,7 @@ std::vector<Key> structure_keys() {
   };
   viaduct("spans", number, "3", "Viaduct: number of spans, a whole number. The axis runs along +x from the first pier (turned by `orientation`); supports stand every span_length.");
   viaduct("span_length", length, "20 m", "Viaduct: length of a span, from support to support.");
+  keys.push_back({.path = "structure.span_lengths", .type = Type::pair_list, .dimension = length, .doc = "Viaduct: spans of other lengths, [[number from 1, length], ...]; the others keep span_length.", .min = 0, .above = true, .otherwise = "none", .first = number});
   viaduct("pier_height", length, "10 m", "Viaduct: from base to the lower side of the cap beam. Not together with deck_level.");
   viaduct("deck_level", length, "none: pier_height holds", "Viaduct: height (z) of the deck's upper side. Each pier then stands on the terrain under it, and z of `position` does not count where there is terrain.", -1e9);
   viaduct("pier_spacing", length, "4 m", "Viaduct: distance of the piers of one bent across the axis.");

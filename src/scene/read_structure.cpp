@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 
+#include "contact/refinable.hpp"
 #include "core/suggest.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
@@ -69,21 +70,34 @@ void read_supports(const View& view, StructureSpec& spec) {
   }
 }
 
+/// Cells that are to be halved where blocks are about to strike.
+void read_impact_zone(const View& at, double cell_size, StructureSpec& spec) {
+  if (impact_refinement(spec).cell_size > 0) at.problem("where", "\"impact\" stands in one zone of a structure", "remove one of them");
+  for (const char* key : {"region", "local"})
+    if (at.has(key)) at.problem(key, "has no meaning with where = \"impact\", which finds its own places", "remove it");
+  spec.parameters.emplace_back(ImpactRefinement::size_key, cell_size);
+  if (const auto reach = at.maybe("reach")) spec.parameters.emplace_back(ImpactRefinement::reach_key, *reach);
+}
+
 void read_refinements(const View& view, StructureSpec& spec) {
+  const auto is_local = [&] { return std::any_of(spec.parameters.begin(), spec.parameters.end(), [](const auto& p) { return p.first == "local_refinement"; }); };
   for (const View& at : view.tables("refine")) {
     StructureSpec::Refinement zone;
-    if (const auto region = at.table("region")) zone.region = read_region(*region);
     zone.cell_size = at.number("cell_size");
     if (at.get("cell_size") && spec.cell_size > 0 && zone.cell_size > spec.cell_size) at.problem("cell_size", "must not exceed the structure's cell_size", "give a smaller one");
+    if (at.text("where") == "impact") {
+      read_impact_zone(at, zone.cell_size, spec);
+      continue;
+    }
+    if (at.has("reach")) at.problem("reach", "is of zones with where = \"impact\"", "remove it, or write where = \"impact\" in place of the region");
+    if (const auto region = at.table("region")) zone.region = read_region(*region);
+    else at.problem("region", "a zone of finer cells needs its place", "give the region in scene coordinates, or write where = \"impact\"");
     spec.refinements.push_back(zone);
     const bool local = at.flag("local");
     if (local && spec.refinements.size() == 1) spec.parameters.emplace_back("local_refinement", 1);
-    if (local != (!spec.parameters.empty() && spec.parameters.back().first == "local_refinement")) at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
-    if (local && spec.damage != "none") at.problem("local", "cells that crack are not refined locally yet", "remove it (fine cells then go on along each axis to the far side), or write damage = \"none\"");
+    if (local != is_local()) at.problem("local", "is the same for all zones of a structure", "write it in each of them, or in none");
   }
-  if (!view.has("refine")) return;
-  const bool local = !spec.parameters.empty() && spec.parameters.back().first == "local_refinement";
-  if (local) return;
+  if (spec.refinements.empty() || is_local()) return;
   if (spec.kind == "mesh") view.problem("refine", "a mesh file brings its own cells", "write local = true in each zone, or refine in the mesh generator");
   else if (view.has("cells")) view.problem("refine", "cells fixes their number", "give cell_size in place of cells, or write local = true in each zone");
 }
@@ -190,9 +204,16 @@ void read_viaduct(const View& view, StructureSpec& spec) {
     if (spec.kind != "viaduct") view.problem(name, "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
     else if (value) {
       const bool counted = name == "spans" || name == "piers_per_bent" || name == "girders" || name == "abutments";
-      if (counted && *value != std::round(*value)) view.problem(name, "must be a whole number", name == "spans" ? "spans of other lengths need a mesh file, or a viaduct for each length" : "correct it");
+      if (counted && *value != std::round(*value)) view.problem(name, "must be a whole number", name == "spans" ? "give spans of other lengths in span_lengths" : "correct it");
       if (name == "abutments" && *value != 0 && *value != 1) view.problem(name, "must be 0 or 1", "1: abutments at both ends");
       spec.parameters.emplace_back(name, *value);
+    }
+  }
+  if (view.has("span_lengths")) {
+    if (spec.kind != "viaduct") view.problem("span_lengths", "only a viaduct has this measure", "remove it, or write kind = \"viaduct\"");
+    for (const auto& [span, length] : view.pairs("span_lengths")) {
+      if (span < 1 || span != std::round(span)) view.problem("span_lengths", fmt::format("{:g} is no number of a span", span), "count the spans from 1");
+      spec.parameters.emplace_back(fmt::format("span_length.{:.0f}", span), length);
     }
   }
   if (const auto free = view.table("parameters"))
@@ -260,6 +281,7 @@ void read_structures(Reading& in, const View& root) {
     read_refinements(view, spec);
     read_viaduct(view, spec);
     read_supports(view, spec);
+    if (impact_refinement(spec).cell_size > 0 && spec.supports.empty()) view.problem("refine", "only structures with supports are refined where they are struck", "give it supports, or cells that are fine throughout");
     spec.gravity_preload = view.text("preload") == "gravity";
     spec.rate_effect = view.flag("rate_effect");
     spec.erosion = view.flag("erosion");

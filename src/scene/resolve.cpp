@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "contact/refinable.hpp"
 #include "core/units.hpp"
 #include "scene/reading.hpp"
 
@@ -157,6 +158,11 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (s.cells[0] > 0) out["cells"] = s.cells;
   const bool local = std::any_of(s.parameters.begin(), s.parameters.end(), [](const auto& p) { return p.first == "local_refinement"; });
   for (const auto& zone : s.refinements) out["refine"].push_back({{"region", box(zone.region)}, {"cell_size", zone.cell_size}, {"local", local}});
+  if (const ImpactRefinement asked = impact_refinement(s); asked.cell_size > 0) {
+    Json zone{{"where", "impact"}, {"cell_size", asked.cell_size}};
+    if (asked.reach > 0) zone["reach"] = asked.reach;
+    out["refine"].push_back(zone);
+  }
   out["support"] = Json::array();
   for (const auto& support : s.supports) {
     Json one;
@@ -187,7 +193,7 @@ Json structure(const StructureSpec& s, const std::string& material) {
   if (!s.parameters.empty()) {
     Json parameters = Json::object();
     for (const auto& [name, value] : s.parameters)
-      if (name != "centred" && name != "local_refinement") parameters[name] = value;
+      if (name != "centred" && name != "local_refinement" && name != ImpactRefinement::size_key && name != ImpactRefinement::reach_key) parameters[name] = value;
     out["parameters"] = parameters;
   }
   return out;

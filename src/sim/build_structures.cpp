@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "contact/refinable.hpp"
 #include "contact/structure_plan.hpp"
 #include "core/solid_mesh_parts.hpp"
 #include "coupling/touch.hpp"
@@ -97,6 +98,7 @@ void Builder::add_structures() {
     add_warnings(unmerged_parts(spec));
     add_warnings(fineness_problems(spec));
     if (!part.stepped() && !spec.loads.empty()) warn_of_unused_loads(spec);
+    if (part.fixed_surface && impact_refinement(spec).cell_size > 0) warn_of_no_strikes(spec);
     const std::vector<Member> members = part.structure->members();
     if (terrain_)
       add_warnings(footing_problems(spec, members, [&](const Vec3& at) { return ground_height(env_.terrain.get(), world_->scene.planes, at); }));
@@ -112,6 +114,11 @@ void Builder::add_structures() {
 void Builder::warn_of_unused_loads(const StructureSpec& spec) {
   add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.load", spec.name), .value = {}, .rule = "has no effect: coupling.scheme = \"rigid\" steps no structure",
                  .remedy = "take scheme \"two-way\" or \"one-way\", or leave the load out"}});
+}
+
+void Builder::warn_of_no_strikes(const StructureSpec& spec) {
+  add_warnings({{.severity = Problem::Severity::warning, .file = {}, .key = fmt::format("structure.{}.refine", spec.name), .value = "where = \"impact\"", .rule = "has no effect: with this coupling.scheme blocks strike a skin that stays as it is",
+                 .remedy = "take scheme \"two-way\", or refine in a region"}});
 }
 
 void Builder::check_probes(const StructureSpec& spec, const Box3& bounds) {
@@ -176,7 +183,8 @@ void Builder::warn_of_sudden_weight() {
 void Builder::warn_of_small_blocks() {
   constexpr double ratio = 0.5;   // least thickness of a block over the edge of a cell
   for (std::size_t q = 0; q < env_.structures.size(); ++q) {
-    const double edge = coupling::face_edge(env_.structures[q].structure->surface());
+    const double fine = impact_refinement(world_->scene.structures[q]).cell_size, as_built = coupling::face_edge(env_.structures[q].structure->surface());
+    const double edge = fine > 0 ? std::min(fine, as_built) : as_built;
     int small = 0;
     const dda::Model::Block* least = nullptr;
     for (const dda::Model::Block& b : model_.blocks) {

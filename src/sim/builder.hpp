@@ -69,6 +69,7 @@ class Builder {
   void add_structures();
   void warn_of_unused_loads(const StructureSpec& spec);
   /// The nearest point of the structure is followed, but not one of another place altogether.
+  void warn_of_no_strikes(const StructureSpec& spec);
   void check_probes(const StructureSpec& spec, const Box3& bounds);
   /// Structures with a law between their materials may touch: nodes of the finer skin against faces of the coarser one.
   void pair_structures();

@@ -142,6 +142,10 @@ Checkpoint Simulation::save() const {
   c.integers["general"] = {s.stretches, w.built_energy ? 1 : 0, static_cast<std::int64_t>(n)};
   c.integers["told_unsupported"].assign(w.told_unsupported.begin(), w.told_unsupported.end());
   c.numbers["structure_steps"] = s.structure_step;
+  Writer struck(c.numbers["struck_places"]);
+  for (const World::StruckPlace& place : w.struck) {
+    struck(static_cast<double>(place.structure)); struck(place.zone.region.min()); struck(place.zone.region.max()); struck(place.zone.cell_size); struck(place.energy);
+  }
   for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q) {
     const coupling::StructurePart& part = w.system->environment().structures[q];
     if (!part.stepped()) continue;
@@ -253,6 +257,21 @@ void Simulation::restore(const Checkpoint& c) {
   if (const auto steps = c.numbers.find("structure_steps"); steps != c.numbers.end()) {   // none in those of former versions
     Reader step(steps->second);
     for (double& h : s.structure_step) step(h);
+  }
+  if (const auto found = c.numbers.find("struck_places"); found != c.numbers.end()) {   // cells were halved there
+    Reader struck(found->second);
+    for (std::size_t left = found->second.size(); left > 0; left -= 9) {
+      World::StruckPlace place;
+      const double structure = struck.next();
+      if (left < 9 || !(structure >= 0 && structure < static_cast<double>(structures.size()))) refuse(fmt::format("{:g}", structure), "names no structure");
+      place.structure = static_cast<int>(structure);
+      struck(place.zone.region.min()); struck(place.zone.region.max()); struck(place.zone.cell_size); struck(place.energy);
+      w.struck.push_back(place);
+    }
+    const double energy_start = w.energy_start;   // of the run, whatever cells it began with
+    for (std::size_t q = 0; q < structures.size(); ++q)
+      if (structures[q].stepped()) w.refine_structure(static_cast<int>(q));
+    w.energy_start = energy_start;
   }
   for (std::size_t q = 0; q < structures.size(); ++q) {
     coupling::StructurePart& part = structures[q];

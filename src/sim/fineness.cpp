@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/refinable.hpp"
+
 namespace talus::sim {
 namespace {
 
@@ -30,6 +32,7 @@ std::optional<Fineness> fineness(const StructureSpec& spec) {
   if (spec.kind == "mesh") return {};
   double size = spec.cell_size;
   for (const StructureSpec::Refinement& zone : spec.refinements) size = std::min(size, zone.cell_size);
+  if (const double struck = impact_refinement(spec).cell_size; struck > 0) size = std::min(size, struck);
   const bool walls = spec.section == "hollow" && spec.kind != "box" && spec.wall_thickness > 0;
   if (spec.kind == "viaduct") {
     const double diameter = parameter(spec, "pier_diameter", 1.5), width = parameter(spec, "pier_width", diameter), depth = parameter(spec, "pier_depth", diameter);

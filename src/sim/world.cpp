@@ -53,7 +53,7 @@ double World::blocks_kinetic() const {
 }
 
 bool World::advance(double end, std::span<const double> rows, const std::atomic<int>* stop) {
-  const bool arrived = paper ? advance_paper(end, rows, stop) : system->advance(end, stop, rows);
+  const bool arrived = paper ? advance_paper(end, rows, stop) : system->advance(foresee_strikes(end), stop, rows);
   if (!arrived) return false;
   // With that of structures, which costs as much as a step, where rows are taken.
   if (!rows_end_steps()) energy_peak = std::max(energy_peak, blocks_kinetic());

@@ -71,6 +71,15 @@ class World {
   /// Energy now is that of the start, from which the ledger's residual counts, unless there is one already.
   void begin_ledger();
   RunCounters counters() const;
+  /// A place where cells were halved before a block struck; 0 and more places of a structure, in the order of their finding.
+  struct StruckPlace {
+    int structure = 0;
+    StructureSpec::Refinement zone;
+    double energy = 0;   // of the block [J]
+  };
+  std::vector<StruckPlace> struck;
+  /// Gives structure `q` the finer cells of its struck places, with all that it is the skin of.
+  bool refine_structure(int q);
 
   // Results list blocks as the scene does, then fragments; the system has those of the scene in the order of their names.
   std::vector<int> place;   // in the system, of each block of the scene
@@ -81,6 +90,7 @@ class World {
   Pose pose(int listed, const Moment&) const;
 
  private:
+  double foresee_strikes(double end);
   bool advance_paper(double end, std::span<const double> rows, const std::atomic<int>* stop);
   double blocks_kinetic() const;
   Moment paper_now() const;

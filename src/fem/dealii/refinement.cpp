@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "fem/dealii/parts.hpp"
 
@@ -29,18 +30,10 @@ void coarse_mesh(const HexMesh& mesh, Triangulation& grid) {
   grid.create_triangulation(vertices, cells, dealii::SubCellData());
 }
 
-/// The longest edge of a cell, and whether more than its border lies in a zone.
-double longest_edge(const Triangulation::active_cell_iterator& cell) {
-  double edge = 0;
-  for (unsigned l = 0; l < dealii::GeometryInfo<3>::lines_per_cell; ++l) edge = std::max(edge, cell->line(l)->vertex(0).distance(cell->line(l)->vertex(1)));
-  return edge;
-}
-
-bool cut_by(const Triangulation::active_cell_iterator& cell, const Box3& zone) {
-  Box3 box;
-  for (unsigned v = 0; v < 8; ++v) box.extend(vector(cell->vertex(v)));
-  const Vec3 common = box.max().cwiseMin(zone.max()) - box.min().cwiseMax(zone.min());
-  return (common.array() > 1e-9 * box.sizes().array()).all();
+std::array<Vec3, 8> corners_of(const Triangulation::active_cell_iterator& cell) {
+  std::array<Vec3, 8> corners;
+  for (unsigned a = 0; a < 8; ++a) corners[a] = vector(cell->vertex(vtk_order[a]));
+  return corners;
 }
 
 void refine(Triangulation& grid, const std::vector<StructureSpec::Refinement>& zones) {
@@ -49,7 +42,7 @@ void refine(Triangulation& grid, const std::vector<StructureSpec::Refinement>& z
     bool any = false;
     for (const auto& cell : grid.active_cell_iterators())
       for (const StructureSpec::Refinement& zone : zones)
-        if (longest_edge(cell) > zone.cell_size * (1 + 1e-6) && cut_by(cell, zone.region)) {
+        if (to_be_halved(corners_of(cell), zone)) {
           cell->set_refine_flag();
           any = true;
           break;
@@ -59,25 +52,30 @@ void refine(Triangulation& grid, const std::vector<StructureSpec::Refinement>& z
   }
 }
 
-/// A new node belongs to a group if all corners do of the edge, face or cell that it halves.
-void extend_groups(const Triangulation& grid, HexMesh& mesh) {
-  for (auto& [name, nodes] : mesh.node_groups) {
-    std::set<unsigned> inside(nodes.begin(), nodes.end());
-    const auto halve = [&](unsigned middle, std::initializer_list<unsigned> corners) {
-      if (std::all_of(corners.begin(), corners.end(), [&](unsigned v) { return inside.count(v) > 0; })) inside.insert(middle);
-    };
-    for (const auto& cell : grid.cell_iterators()) {   // level by level
-      if (!cell->has_children()) continue;
-      for (unsigned l = 0; l < dealii::GeometryInfo<3>::lines_per_cell; ++l) {
-        const auto line = cell->line(l);
-        halve(line->child(0)->vertex_index(1), {line->vertex_index(0), line->vertex_index(1)});
-      }
-      for (unsigned f = 0; f < dealii::GeometryInfo<3>::faces_per_cell; ++f) {
-        const auto face = cell->face(f);
-        halve(face->isotropic_child(0)->vertex_index(3), {face->vertex_index(0), face->vertex_index(1), face->vertex_index(2), face->vertex_index(3)});
-      }
-      halve(cell->child(0)->vertex_index(7), {cell->vertex_index(0), cell->vertex_index(1), cell->vertex_index(2), cell->vertex_index(3), cell->vertex_index(4), cell->vertex_index(5), cell->vertex_index(6), cell->vertex_index(7)});
-    }
+/// New nodes lie in the middle of the corners of an edge, a face or a cell, level by level.
+void take_new_nodes(const Triangulation& grid, HexMesh& mesh) {
+  std::vector<char> known(grid.n_vertices(), 0);
+  std::fill_n(known.begin(), mesh.nodes.size(), 1);
+  mesh.nodes.resize(grid.n_vertices());
+  mesh.halved.clear();
+  const auto halve = [&](unsigned middle, const auto& body, unsigned corners) {
+    if (std::exchange(known[middle], 1) != 0) return;
+    HalvedNode& node = mesh.halved.emplace_back();
+    node.node = static_cast<int>(middle);
+    for (unsigned v = 0; v < corners; ++v) node.corners.push_back(static_cast<int>(body->vertex_index(v)));
+    std::sort(node.corners.begin(), node.corners.end());
+    mesh.nodes[middle] = vector(grid.get_vertices()[middle]);
+  };
+  for (const auto& cell : grid.cell_iterators()) {
+    if (!cell->has_children()) continue;
+    for (unsigned l = 0; l < dealii::GeometryInfo<3>::lines_per_cell; ++l) halve(cell->line(l)->child(0)->vertex_index(1), cell->line(l), 2);
+    for (unsigned f = 0; f < dealii::GeometryInfo<3>::faces_per_cell; ++f) halve(cell->face(f)->isotropic_child(0)->vertex_index(3), cell->face(f), 4);
+    halve(cell->child(0)->vertex_index(7), cell, 8);
+  }
+  for (auto& [name, nodes] : mesh.node_groups) {   // a new node belongs to a group if all those corners do
+    std::set<int> inside(nodes.begin(), nodes.end());
+    for (const HalvedNode& h : mesh.halved)
+      if (std::all_of(h.corners.begin(), h.corners.end(), [&](int n) { return inside.count(n) > 0; })) inside.insert(h.node);
     nodes.assign(inside.begin(), inside.end());
   }
 }
@@ -140,11 +138,8 @@ void refine_by_dealii(HexMesh& mesh, const std::vector<StructureSpec::Refinement
   };
   const Mat3 turn = edges(mesh.local) * edges(mesh.nodes).inverse();
   const Vec3 shift = mesh.local[static_cast<std::size_t>(hex[0])] - turn * mesh.nodes[static_cast<std::size_t>(hex[0])];
-  for (std::size_t v = mesh.nodes.size(); v < grid.n_vertices(); ++v) {
-    mesh.nodes.push_back(vector(grid.get_vertices()[v]));
-    mesh.local.push_back(turn * mesh.nodes.back() + shift);
-  }
-  extend_groups(grid, mesh);
+  take_new_nodes(grid, mesh);
+  for (std::size_t v = mesh.local.size(); v < mesh.nodes.size(); ++v) mesh.local.push_back(turn * mesh.nodes[v] + shift);
   take_cells(grid, mesh);
   take_hanging_nodes(grid, mesh);
 }

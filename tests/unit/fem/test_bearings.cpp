@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include "core/error.hpp"
 #include "fem/bearings.hpp"
 #include "fem_specs.hpp"
 
@@ -16,6 +17,30 @@ StructureSpec two_spans() {
   s.supports.push_back({"-z", "", {}, {true, true, true}});
   s.parameters = {{"spans", 2}, {"span_length", 12}, {"pier_height", 6}};
   return s;
+}
+
+/// Supports stand at the sums of the spans, and every deck reaches from one to the next.
+TEST(Bearings, SpansOfTheirOwnLengths) {
+  StructureSpec s = two_spans();
+  s.parameters = {{"spans", 3}, {"span_length", 12}, {"span_length.2", 18}, {"pier_height", 6}, {"abutments", 1}};
+  const ViaductPlan plan = viaduct_plan(s);
+  ASSERT_EQ(plan.soffits.size(), 3u);
+  const double start[] = {-12, 0, 18}, end[] = {0, 18, 30};
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_NEAR(plan.soffits[k].start.x(), start[k] + 0.025, 1e-12);
+    EXPECT_NEAR(plan.soffits[k].end.x(), end[k] - 0.025, 1e-12);
+  }
+  ASSERT_EQ(plan.piers.size(), 2u);
+  EXPECT_NEAR(plan.piers[1].shape.base.x(), 18, 1e-12);
+  const FemStructure bridge(s, Vec3(0, 0, -9.81), test::silent);
+  double weight = 0;
+  for (const double v : cell_volumes(bridge.mesh())) weight += 2450 * 9.81 * v;
+  EXPECT_NEAR(bridge.base_force().z(), -weight, 1e-6 * weight);   // every deck finds its bearings
+  for (const auto& [key, value] : std::vector<std::pair<std::string, double>>{{"span_length.4", 18}, {"span_length.0", 18}, {"span_length.x", 18}, {"span_length.1", 0.5}}) {
+    StructureSpec wrong = two_spans();
+    wrong.parameters.emplace_back(key, value);
+    EXPECT_THROW(viaduct_plan(wrong), InputError) << key;
+  }
 }
 
 /// What is asked of the integrator and cannot be stands in the plan: bearings have no modes, and take explicit steps as they slide.

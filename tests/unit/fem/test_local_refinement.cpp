@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <map>
 
+#include "fem/hanging.hpp"
 #include "fem/services.hpp"
 #include "unit/fem/fem_specs.hpp"
 
@@ -157,4 +159,146 @@ TEST(LocalRefinement, KeepsMomentaAndEnergy) {
     EXPECT_GT(e.elastic, 0.01 * e.contact_work);
     EXPECT_LT(std::abs(e.kinetic + e.elastic + e.algorithmic + e.step_dependence - start - e.contact_work), 1e-9 * (start + std::abs(e.contact_work)));
   }
+}
+
+/// A ringing pier whose cells are halved twice, in two places: the field of its motion, its linear momentum and the sum of its books stay.
+TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
+  StructureSpec s = cantilever(3, 12);
+  s.gravity_preload = true;
+  s.parameters.emplace_back(ImpactRefinement::size_key, 0.3);
+  auto pier = std::make_unique<FemStructure>(s, Vec3(1, 0, -9.81), silent);
+  std::vector<StructureSpec::Refinement> zones;
+  double t = 0, permanent = pier->permanent_energy();
+  const auto sum = [&] {
+    const StructureEnergy e = pier->energy();
+    return e.kinetic + e.elastic + e.gravity_potential + e.algorithmic + e.step_dependence - e.contact_work - pier->permanent_energy();
+  };
+  const double start = sum();
+  for (const double height : {4.0, 9.0}) {
+    std::vector<NodeImpulse> blow{{40, Vec3(900, -300, 100)}};
+    for (int i = 0; i < 50; ++i) {
+      const double h = pier->critical_step();
+      pier->predict(t, h), pier->correct(t, h, i == 0 ? std::span<const NodeImpulse>(blow) : std::span<const NodeImpulse>{});
+      t += h;
+    }
+    zones.push_back({Box3(Vec3(0.2, -1, height), Vec3(1, 1, height + 1)), 0.3});
+    const Vec3 probe = pier->probe_displacements()[0];
+    std::unique_ptr<FemStructure> finer(static_cast<FemStructure*>(pier->refined(zones).release()));
+    ASSERT_TRUE(finer);
+    const StructureEnergy before = pier->energy(), after = finer->energy();   // both at the time of the displacements
+    EXPECT_GT(before.linear_momentum.norm(), 10);
+    EXPECT_LT((after.linear_momentum - before.linear_momentum).norm(), 1e-11 * before.linear_momentum.norm());
+    EXPECT_LT((finer->probe_displacements()[0] - probe).norm(), 0.05 * probe.norm());
+    EXPECT_LE(after.kinetic, before.kinetic);   // squares of means
+    EXPECT_GT(after.kinetic, 0.85 * before.kinetic);
+    EXPECT_GT(finer->elements(), pier->elements());
+    EXPECT_FALSE(finer->refined(zones));   // it has them
+    pier = std::move(finer);
+    EXPECT_NEAR(sum(), start, 1e-9 * pier->energy().contact_work);
+    // What it would be without motion is another: its own state at rest, at the same nodes a field of the finer mesh.
+    EXPECT_NE(pier->permanent_energy(), permanent);
+    permanent = pier->permanent_energy();
+  }
+  const HexMesh& mesh = pier->mesh();
+  for (const HangingNode& h : mesh.hanging)
+    for (std::size_t c = 0; c < 3; ++c) {
+      double mean = 0;
+      for (const auto& [master, weight] : h.masters) mean += weight * pier->displacement()[4 * static_cast<std::size_t>(master) + c];
+      EXPECT_NEAR(pier->displacement()[4 * static_cast<std::size_t>(h.node) + c], mean, 1e-15);
+    }
+}
+
+/// Whatever cells are gone, what is left is bounded: the vectors of area of its faces add up to zero and their moments to its volume, and cut at the middles of their edges any two faces meet in whole edges.
+TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
+  const HexMesh mesh = refined_box();
+  const std::vector<std::array<int, 6>> next = neighbours(mesh);
+  const std::vector<double> volumes = cell_volumes(mesh);
+  std::uint64_t seed = 12345;
+  for (int run = 0; run < 20; ++run) {
+    std::vector<char> live(mesh.hexes.size());
+    double volume = 0;
+    for (std::size_t c = 0; c < live.size(); ++c) {
+      seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+      live[c] = run == 0 || seed % 4 != 0;
+      volume += live[c] ? volumes[c] : 0;
+    }
+    const std::vector<SkinQuad> quads = cut_at_middles(mesh, skin(mesh, next, live));
+    const ClosedSurface surface = close_surface(quads);
+    std::map<std::pair<int, int>, int> edges;
+    double enclosed = 0, area = 0;
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t q = 0; q < quads.size(); ++q) {
+      EXPECT_TRUE(live[static_cast<std::size_t>(quads[q].cell)]);
+      const auto& v = surface.quad[q];
+      for (const auto& [i, j, k] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+        const std::array<int, 3> t{v[static_cast<std::size_t>(i)], v[static_cast<std::size_t>(j)], v[static_cast<std::size_t>(k)]};
+        if (t[1] == t[2]) continue;
+        const auto at = [&](std::size_t c) -> const Vec3& { return mesh.nodes[static_cast<std::size_t>(surface.node[static_cast<std::size_t>(t[c])])]; };
+        const Vec3 normal = (at(1) - at(0)).cross(at(2) - at(0)) / 2;
+        EXPECT_GT(normal.norm(), 1e-6);
+        sum += normal, area += normal.norm();
+        enclosed += at(0).dot(at(1).cross(at(2))) / 6;
+        for (std::size_t c = 0; c < 3; ++c) {
+          const int a = t[c], b = t[(c + 1) % 3];
+          edges[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
+        }
+      }
+    }
+    EXPECT_LT(sum.norm(), 1e-12 * area);
+    EXPECT_NEAR(enclosed, volume, 0.01 * volume);   // cells are not quite bounded by triangles
+    for (const auto& [edge, balance] : edges) EXPECT_EQ(balance, 0) << edge.first << ' ' << edge.second;
+  }
+}
+
+/// A bar of concrete, finer in the middle, torn apart there: what comes off has cells of both sizes, a closed surface, its mass and its momenta.
+TEST(LocalRefinement, PiecesComeOffWithTheirMassAndMomenta) {
+  StructureSpec s;
+  s.name = "bar", s.kind = "box", s.f_cm = 38e6, s.density = 2450, s.size = Vec3(1.0, 0.2, 0.2), s.cells = {10, 2, 2}, s.damage = "concrete", s.rate_effect = false, s.integrator = "explicit";
+  s.supports.push_back({"-x", "", {}, {true, true, true}});
+  s = locally(s, Box3(Vec3(-0.12, -0.1, -0.1), Vec3(0.12, 0.1, 0.1)), 0.05);
+  FemStructure bar(s, Vec3::Zero(), silent);
+  ASSERT_GT(bar.mesh().hanging.size(), 10u);
+  const int nodes = static_cast<int>(bar.mesh().nodes.size());
+  const auto whole = [&] {
+    double mass = 0;
+    for (int n = 0; n < nodes; ++n)
+      if (std::isfinite(bar.node_mass(n))) mass += bar.node_mass(n);
+    return mass;
+  };
+  const double h = bar.critical_step();
+  double t = 0, mass = 0;
+  std::vector<Fragment> fragments;
+  StructureEnergy before;
+  for (int i = 0; i < 8000 && fragments.empty(); ++i) {
+    bar.predict(t, h);
+    std::vector<NodeImpulse> pull;
+    for (int n = 0; n < nodes; ++n)
+      if (bar.mesh().nodes[static_cast<std::size_t>(n)].x() > 0.25 && bar.node_mass(n) > 0) pull.push_back({n, bar.node_mass(n) * (Vec3(5.0, 1.0, 0) - bar.predicted_velocity(n))});
+    bar.correct(t, h, pull);
+    t += h;
+    before = bar.energy();
+    mass = whole();
+    fragments = bar.take_fragments();
+  }
+  ASSERT_FALSE(fragments.empty()) << bar.elements() << " cells, damage " << bar.damage_max() << " at " << t << " s";
+  const StructureEnergy after = bar.energy();
+  Vec3 momentum = after.linear_momentum, spin = after.angular_momentum;
+  double rest = whole(), kinetic = after.kinetic;
+  for (const Fragment& f : fragments) {
+    momentum += f.linear_momentum, spin += f.angular_momentum + f.centroid.cross(f.linear_momentum);
+    rest += f.mass, kinetic += f.kinetic;
+    double volume = 0;
+    std::map<std::pair<int, int>, int> edges;
+    for (const auto& tri : f.triangles) {
+      const auto at = [&](std::size_t c) -> const Vec3& { return f.vertices[static_cast<std::size_t>(tri[c])]; };
+      volume += at(0).dot(at(1).cross(at(2))) / 6;
+      for (std::size_t c = 0; c < 3; ++c) edges[{std::min(tri[c], tri[(c + 1) % 3]), std::max(tri[c], tri[(c + 1) % 3])}] += tri[c] < tri[(c + 1) % 3] ? 1 : -1;
+    }
+    EXPECT_GT(volume, 0);
+    for (const auto& [edge, balance] : edges) EXPECT_EQ(balance, 0);
+  }
+  EXPECT_NEAR(rest, mass, 1e-12 * mass);
+  EXPECT_NEAR((momentum - before.linear_momentum).norm(), 0, 1e-12 * before.linear_momentum.norm());
+  EXPECT_NEAR((spin - before.angular_momentum).norm(), 0, 1e-11 * before.angular_momentum.norm());
+  EXPECT_NEAR(kinetic, before.kinetic, 1e-11 * before.kinetic);
 }

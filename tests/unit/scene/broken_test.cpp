@@ -155,6 +155,8 @@ const Broken list[] = {
     {"cell_size = \"0.25 m\"", "cells = [8, 8, 0]", "structure.P2.cells", "must be at least 1"},
     {"damage = \"concrete\"", "damage = \"concrete\"\nrefine = [{ region = { min = [19, -1, 0], max = [21, 1, 2] }, cell_size = \"1 m\" }]", "structure.P2.refine.0.cell_size", "must not exceed"},
     {"cell_size = \"0.25 m\"", "cells = [8, 8, 48]\nrefine = [{ region = { min = [19, -1, 0], max = [21, 1, 2] }, cell_size = \"0.1 m\" }]", "structure.P2.refine", "cells fixes their number"},
+    {"damage = \"concrete\"", "damage = \"concrete\"\nrefine = [{ cell_size = \"0.1 m\" }]", "structure.P2.refine.0.region", "a zone of finer cells needs its place"},
+    {"damage = \"concrete\"", "damage = \"concrete\"\nrefine = [{ where = \"impact\", cell_size = \"0.1 m\", local = true }]", "structure.P2.refine.0.local", "has no meaning with where"},
     {"height = \"12 m\"\n", "", "structure.P2.height", "a column needs it"},
     {"height = \"12 m\"", "height = \"12 m\"\nspans = 3", "structure.P2.spans", "only a viaduct has this measure"},
     {"section = [2.0, 2.0]", "section = \"hollow\"\nsection_size = [2, 2]\nwall_thickness = 1", "structure.P2.wall_thickness", "twice the wall must be less"},

@@ -1,0 +1,141 @@
+// Cells that are halved where a block is about to strike ([[structure.refine]] where = "impact").
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <string>
+
+#include "scene/scene.hpp"
+#include "sim/simulation.hpp"
+#include "sim/world.hpp"
+#include "verify/impact_text.hpp"
+
+namespace talus::verify {
+namespace {
+
+const std::string at_impact = "[[structure.refine]]\nwhere = \"impact\"\ncell_size = 0.0625\n";
+
+/// A pier of 1 x 1 x 4 m that stands under its weight.
+std::string pier(const std::string& cells, const std::string& refine) {
+  return "[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\n" + cells + "\n[[structure.probe]]\nname = \"top\"\nat = [0, 0, 4]\n" + refine;
+}
+
+SceneText scene(double end) {
+  SceneText s(Method::by_accuracy(1e-3), end);
+  s.history(2.5e-4).material("rock", 2600).material("concrete", 2450, "young = 33e9\npoisson = 0.2");
+  s.interface("*", "*", 0.3, "normal_stiffness = \"1e9 N/m\"");
+  return s;
+}
+
+std::string boulder(const std::string& name, const Vec3& at, const Vec3& v) {
+  return "[[block]]\nname = \"" + name + "\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nmass = 800\nposition = " + vector(at) + "\nvelocity = " + vector(v) + "\ndeformable = false\norientation = { rotation_vector = [0.3, 0.2, 0.1] }\n";
+}
+
+std::string struck_pier(const std::string& cells, const std::string& refine) { return scene(0.015).raw(pier(cells, refine)).raw(boulder("B", Vec3(-1.15, 0.05, 2.6), Vec3(15, 0, 0))).str(); }
+
+struct Answer { double peak_base = 0, peak_contact = 0, impulse = 0, top = 0; long cells = 0; };
+
+Answer answer(const std::string& text) {
+  const Outcome o = run_scene(text);
+  EXPECT_TRUE(o.ok()) << o.result.message;
+  Answer a;
+  a.peak_base = o.rows.back().structures[0].peaks.force.value;
+  for (const sim::HistoryRow& r : o.rows) {
+    a.top = std::max(a.top, std::abs(r.structures[0].probe_displacement[0].x()));
+  }
+  for (const ContactSpell& s : spells(resultants(o), 1e-3)) a.peak_contact = std::max(a.peak_contact, s.peak), a.impulse += s.impulse.norm();
+  a.cells = o.simulation->structures()[0]->elements();
+  EXPECT_LT(std::abs(o.rows.back().ledger.residual), 1e-9 * o.rows.front().ledger.kinetic);
+  return a;
+}
+
+/// Peak force, impulse and drift are those of cells as fine throughout, with a fraction of the cells; so is the mean reaction at the base, as far as the cells between carry its waves. Cells that are large where it is struck are
+/// 15 % off in the peak force and 6 % in the impulse.
+TEST(RefinedWhereStruck, AnswersAsUniformCellsDo) {
+  const Answer fine = answer(struck_pier("cell_size = 0.0625", ""));
+  struct Given { const char* cells; double base, share; };
+  for (const Given& g : {Given{"cell_size = 0.25", 0.02, 0.2}, Given{"cell_size = 0.125", 0.02, 0.3}}) {
+    const Answer refined = answer(struck_pier(g.cells, at_impact));
+    EXPECT_LT(static_cast<double>(refined.cells), g.share * static_cast<double>(fine.cells)) << g.cells;
+    EXPECT_NEAR(refined.peak_contact / fine.peak_contact, 1, 0.02) << g.cells;
+    EXPECT_NEAR(refined.impulse / fine.impulse, 1, 0.02) << g.cells;
+    EXPECT_NEAR(refined.top / fine.top, 1, 0.02) << g.cells;
+    EXPECT_NEAR(refined.peak_base / fine.peak_base, 1, g.base) << g.cells;
+  }
+  const Answer large = answer(struck_pier("cell_size = 0.25", ""));
+  EXPECT_GT(large.peak_contact / fine.peak_contact, 1.1);
+  EXPECT_GT(large.impulse / fine.impulse, 1.04);
+}
+
+/// A second block strikes elsewhere while the pier rings from the first: its cells are halved in motion, and every joule is accounted for.
+TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
+  SceneText s = scene(0.12);
+  s.raw(pier("cell_size = 0.25", at_impact)).raw(boulder("first", Vec3(-1.15, 0.05, 1.2), Vec3(15, 0, 0))).raw(boulder("second", Vec3(0.05, 1.5, 3.3), Vec3(0, -9, 0)));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  const auto& struck = o.simulation->world().struck;
+  ASSERT_EQ(struck.size(), 2u);
+  EXPECT_TRUE(struck[0].zone.region.contains(Vec3(-0.5, 0.05, 1.2)));
+  EXPECT_NEAR(struck[1].zone.region.center().y(), 0.5, 0.1);
+  double scheme = 0;
+  for (const sim::HistoryRow& r : o.rows) scheme = std::max(scheme, std::abs(r.ledger.by_the_scheme()));
+  const double energy = o.rows.front().ledger.kinetic;
+  EXPECT_LT(std::abs(o.rows.back().ledger.residual), 1e-9 * energy);
+  EXPECT_LT(scheme, 0.01 * energy);
+}
+
+/// What flies past, falls softly, or strikes a skin that has its cells already changes none.
+TEST(RefinedWhereStruck, OnlyWhereAndWhenItIsStruck) {
+  SceneText s = scene(0.08);
+  s.raw(pier("cell_size = 0.25", at_impact)).raw(boulder("past", Vec3(-1.6, 1.3, 3), Vec3(20, 0, 0))).raw(boulder("soft", Vec3(0.1, 0, 4.6), Vec3(0, 0, -0.02)));
+  const Outcome o = run_scene(s.str());
+  ASSERT_TRUE(o.ok()) << o.result.message;
+  EXPECT_TRUE(o.simulation->world().struck.empty());
+}
+
+/// A run that is stopped after its cells were halved goes on to the same bits.
+TEST(RefinedWhereStruck, ResumesToTheBit) {
+  class Last : public sim::Sink {
+   public:
+    explicit Last(double stop_at) : stop_at_(stop_at) {}
+    void history(const sim::HistoryRow& row) override {
+      last = row;
+      if (row.time >= stop_at_) stop = 15;
+    }
+    sim::HistoryRow last;
+    std::atomic<int> stop = 0;
+
+   private:
+    double stop_at_;
+  } one(1), broken(0.012), two(1);
+  const auto simulation = [] { return sim::Simulation(scene::read_scene_text(struck_pier("cell_size = 0.25", at_impact), "/test.toml")); };
+  sim::Simulation whole = simulation(), first = simulation(), second = simulation();
+  ASSERT_EQ(whole.run(one).exit_code, 0);
+  EXPECT_EQ(first.run(broken, &broken.stop).status, "interrupted");
+  ASSERT_EQ(first.world().struck.size(), 1u);
+  second.restore(first.save());
+  ASSERT_EQ(second.run(two).exit_code, 0);
+  EXPECT_EQ(one.last.ledger.kinetic, two.last.ledger.kinetic);
+  EXPECT_EQ(one.last.ledger.strain, two.last.ledger.strain);
+  EXPECT_EQ(one.last.ledger.residual, two.last.ledger.residual);
+}
+
+/// What cannot be is said by the scene.
+TEST(RefinedWhereStruck, IsRefusedWhereItCannotBe) {
+  const auto problems = [](const std::string& cells, const std::string& refine) {
+    try {
+      sim::Simulation(scene::read_scene_text(struck_pier(cells, refine), "/test.toml"));
+    } catch (const InputError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(problems("cell_size = 0.25", "[[structure.refine]]\ncell_size = 0.1\n").find("needs its place"), std::string::npos);
+  EXPECT_NE(problems("cell_size = 0.25\nsupport = []\npreload = \"none\"", at_impact).find("with supports"), std::string::npos);
+  EXPECT_NE(problems("cell_size = 0.25", at_impact + "local = true\n").find("no meaning"), std::string::npos);
+  EXPECT_EQ(problems("cells = [4, 4, 16]", at_impact), "");
+}
+
+}  // namespace
+}  // namespace talus::verify
