@@ -14,7 +14,7 @@ namespace talus::coupling::step {
 bool OneStep::takes(const dda::Model& model, const Environment& env, const ContactHistory& history, const Island& island) {
   if (!island.structures.empty() || !island.surfaces.empty() || !env.bonds.empty() || !env.joint_laws.empty()) return false;
   for (const ContactLaw& law : env.laws.law)
-    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind != ContactLaw::Kind::linear || law.cohesion > 0 || law.tension > 0 || law.rolling_resistance > 0) return false;
+    if (law.stiffness != ContactLaw::Stiffness::hard || law.kind != ContactLaw::Kind::linear || law.cohesion > 0 || law.tension > 0 || law.rolling_resistance > 0 || law.changes_with_way()) return false;
   const auto rigid = [&](int block) {
     const dda::Model::Block& b = model.blocks[static_cast<std::size_t>(block)];
     return !b.deformable && b.fixed_points.empty();
