@@ -101,15 +101,16 @@ std::unique_ptr<CLI::App> make_cli(Options& options) {
   fragility->add_option("--structure", options.structure, "The structure")->type_name("NAME")->required();
   fragility->add_option("--runs", options.runs, "Coupled runs (60)")->type_name("N")->check(CLI::Range(1, 100000));
   fragility->add_option("--window", options.window, "Time of the strike and what follows that each run covers (0.5 s)")->type_name("TIME");
+  fragility->add_flag("--capacity", options.capacity, "Push the structure's members down at the end of each run: what is left of their capacity");
   fragility->add_option("--threads", options.threads, "Runs at a time; 0 takes all cores")->type_name("N")->check(CLI::Range(0, 4096));
 
   auto* compare = app->add_subcommand("compare", "Ensembles of options side by side: differences with intervals");
   compare->add_option("DIR", options.words, "Output directories of talus ensemble; the first is what the others are held against")->required()->expected(2, 1000);
   compare->add_option("-o,--output", options.output, "Directory for compare.json and compare.html (results/compare)")->type_name("DIR");
 
-  auto* calibrate = app->add_subcommand("calibrate", "Parameters of a scene with [ensemble] against measured end points");
+  auto* calibrate = app->add_subcommand("calibrate", "Parameters of a scene with [ensemble] against measured end points or passages");
   scene_options(*calibrate, options);
-  calibrate->add_option("--measured", options.measured, "CSV file with columns x and y, scene coordinates; every fourth point is held out")->type_name("FILE")->required();
+  calibrate->add_option("--measured", options.measured, "CSV file: columns x and y of end points, scene coordinates; or a column line and some of energy, speed, height of passages there. Every fourth row is held out")->type_name("FILE")->required();
   calibrate->add_option("--vary", options.vary, "A parameter and its range; may be repeated")->type_name("KEY=LOW:HIGH")->required()->take_all()->allow_extra_args(false);
   calibrate->add_option("--candidates", options.candidates, "Points of the range that are tried (32)")->type_name("N")->check(CLI::Range(2, 10000));
   calibrate->add_option("-o,--output", options.output, "Output directory")->type_name("DIR")->required();

@@ -29,6 +29,7 @@ struct Options {
   // talus fragility, talus calibrate
   std::string structure, window = "0.5 s", measured;
   int runs = 60, candidates = 32;
+  bool capacity = false;
   std::vector<std::string> vary;
   // talus formulas
   std::string mass, velocity, diameter, stiffness, angle;

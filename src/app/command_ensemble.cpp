@@ -28,6 +28,7 @@ namespace {
 void print_summary(const ensemble::Summary& s, const fs::path& directory) {
   fmt::print("{} members: {} done, {} suspect, {} over the limit, {} failed; {:.4g} s CPU\n", s.asked, s.done, s.suspect, s.over_limit, s.failed, s.cpu);
   for (const ensemble::LineSummary& line : s.lines) {
+    if (s.done + s.suspect == 0) continue;   // nothing is known of it
     fmt::print("{}: {} crossings, probability {:.3g} ({:.3g} to {:.3g})\n", line.name, line.crossings, line.probability.value, line.probability.low, line.probability.high);
     if (line.crossings == 0) continue;
     const auto& energy = line.percentiles[0][2];
@@ -83,7 +84,7 @@ int command_ensemble(const Options& options) {
   const fs::path report = ensemble::write_report(ensemble, directory);
   print_summary(summary, directory);
   fmt::print("Report: {}\n", report.string());
-  if (summary.failed > 0 && summary.failed + summary.over_limit == summary.asked) {
+  if (summary.asked > 0 && summary.failed + summary.over_limit == summary.asked) {
     tell("talus: no member came to an end; the first lines of members/N.toml say why\n");
     return numerical_failure;
   }

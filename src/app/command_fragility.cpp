@@ -50,6 +50,7 @@ int command_fragility(const Options& options) {
   request.runs = options.runs;
   request.window = window_of(options.window);
   request.threads = threads_of(options);
+  request.capacity = options.capacity;
   request.progress = [&](int done, int asked) { progress.show(done, asked, 0); };
   request.stop = &stop_signal();
   catch_signals();

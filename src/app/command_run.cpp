@@ -16,11 +16,14 @@
 #include "app/tell.hpp"
 #include "app/together.hpp"
 #include "core/ranks.hpp"
+#include "ensemble/path.hpp"
 #include "io/final_state.hpp"
 #include "io/hdf5_file.hpp"
 #include "io/recorder.hpp"
 #include "io/report.hpp"
+#include "sim/ground.hpp"
 #include "sim/simulation.hpp"
+#include "sim/world.hpp"
 
 namespace talus::app {
 
@@ -145,6 +148,25 @@ void carry_over(sim::Simulation& simulation, bool blocks) {
   simulation.start_from(state, previous);
 }
 
+ensemble::GroundHeight ground_under(sim::Simulation& simulation) {
+  return [&world = simulation.world()](double x, double y) {
+    constexpr double above_all = 1e9;   // height from which the uppermost ground is seen [m]
+    const coupling::Environment& env = world.system->environment();
+    return sim::ground_height(env.terrain.get(), env.planes, Vec3(x, y, above_all));
+  };
+}
+
+std::vector<ensemble::PlanLine> lines_of(sim::Simulation& simulation) {
+  std::vector<ensemble::PlanLine> lines = ensemble::plan_lines(simulation.scene(), simulation.header().crs);
+  const std::vector<Problem> problems = ensemble::line_problems(lines, ground_under(simulation), simulation.scene().file);
+  if (std::any_of(problems.begin(), problems.end(), [](const Problem& p) { return p.severity == Problem::Severity::error; })) throw InputError(problems);
+  for (const Problem& p : problems) tell("{}\n", p.str());
+  if (!lines.empty() && simulation.scene().site && simulation.header().crs.empty())
+    tell("{}\n", Problem{.severity = Problem::Severity::warning, .file = simulation.scene().file, .line = 0, .column = 0, .key = "site.crs", .value = {}, .rule = "is not known: lines carry no coordinate reference system",
+                         .remedy = "add for example crs = \"EPSG:31254\" to [site]"}.str());
+  return lines;
+}
+
 int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   on_signals(on_early_signal);
   const fs::path directory = output_directory(options);
@@ -167,6 +189,7 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   });
   const std::vector<Problem> warnings = simulation.warnings();
   for (const Problem& warning : warnings) tell("{}\n", warning.str());
+  const std::vector<ensemble::PlanLine> lines = lines_of(simulation);
   carry_over(simulation, carry_blocks);
   std::optional<std::uint64_t> position;   // of the journal, where a run goes on
   if (options.resume) {
@@ -197,6 +220,20 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   else fmt::print("Going on at t = {:.6g} s.\n", simulation.time());
   std::fflush(stdout);
 
+  // On every rank: what is made again for a crossing takes all of them.
+  std::optional<ensemble::Path> crossed;
+  if (!lines.empty()) {
+    const scene::Scene& s = simulation.scene();
+    crossed.emplace(simulation, lines, ground_under(simulation), s.site ? s.site->origin : Vec3::Zero(), 0);
+    crossed->after = [&] {
+      std::vector<io::LineRow> rows;
+      for (const ensemble::Crossing& c : crossed->take_crossings()) rows.push_back({c.line, c.block, c.time, c.position, c.velocity, c.spin, c.translational, c.rotational, c.height});
+      if (recorder) recorder->crossings(rows);
+    };
+    std::vector<std::string> names;
+    for (const ensemble::PlanLine& line : lines) names.push_back(line.name);
+    if (recorder && !position) recorder->lines(names);
+  }
   if (!writes) {
     sim::Sink silent;
     const sim::RunResult result = simulation.run(silent, &stop_signal);

@@ -1,7 +1,9 @@
 /// What two materials do when they touch: Mohr-Coulomb with cohesion and tension cut-off, springs or hard contact,
 /// restitution. One entry per pair of materials, resolved (no wildcards) and validated before it gets here.
 #pragma once
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <utility>
@@ -27,8 +29,23 @@ struct ContactLaw {
   double hertz_radius = 0;        // [m], Kind::hertz
   double hertz_modulus = 0;       // E* of the two materials [Pa], Kind::hertz
   double crushing_pressure = 0;   // [Pa], Kind::crushing
+  double yield_gradient = 0;      // by which that pressure grows with the depth crushed [Pa/m], Kind::crushing
+  double yield_thickness = 0;     // of what crushes, 0: without end [m], Kind::crushing
+  double ploughing_pressure = 0;  // resistance along the surface over the area in the way [Pa], Kind::crushing
+  double ploughing_density = 0;   // the same over half of the square of the speed [kg/m^3], Kind::crushing
+  double friction_most = 0;       // coefficient that friction grows to with the way slid, 0: it does not [1]
+  double friction_way = 1;        // way over which it grows [m]
+  double friction_recovery = 0;   // rate at which the way is forgotten out of contact [1/s]
+  double vegetation_height = 0;   // above the ground, below which a block's centroid is braked [m]
+  double vegetation_drag = 0;     // force over speed [kg/s]
   std::vector<std::pair<double, double>> table;  // (indentation m, force N), Kind::table
   bool chosen = false;            // stiffness was chosen by us, from the materials
+
+  /// It has a ground law of its own: one that yields, ploughs, or changes with the way slid.
+  bool yields() const { return kind == Kind::crushing && (yield_gradient > 0 || yield_thickness > 0 || ploughing_pressure > 0 || ploughing_density > 0); }
+  bool changes_with_way() const { return friction_most > 0; }
+  /// Coefficient of friction after a way slid [m].
+  double friction_after(double way) const { return changes_with_way() ? friction + (friction_most - friction) * 2 / std::numbers::pi * std::atan(way / friction_way) : friction; }
 };
 
 /// Symmetric table of laws by material index.

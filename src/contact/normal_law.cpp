@@ -31,6 +31,43 @@ double NormalLaw::whole(double x) const {
   return s;
 }
 
+double NormalLaw::lost(double x) const {
+  const auto f = [&](double z) { return z > 0 ? elastic(z) : 0.0; };
+  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+}
+
+double NormalLaw::lost_slope(double x) const {
+  const auto f = [&](double z) { return z > 0 ? stiffness + 3 * growth * z * z : 0.0; };
+  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+}
+
+double NormalLaw::lost_work(double x) const {
+  const auto f = [&](double z) { return z > 0 ? elastic_energy(z) : 0.0; };
+  return (1 - hardening()) * (f(x - yield()) - f(x - bottom()));
+}
+
+double NormalLaw::inverse(double force) const {
+  if (!(force > 0)) return 0;
+  double x = growth > 0 ? std::min(force / stiffness, std::cbrt(force / growth)) : force / stiffness;
+  for (int i = 0; i < 50 && growth > 0; ++i) {   // convex and rising: Newton's steps come from above
+    const double step = (elastic(x) - force) / (stiffness + 3 * growth * x * x);
+    x -= step;
+    if (std::abs(step) <= 1e-15 * x) break;
+  }
+  return x;
+}
+
+double NormalLaw::reached(double y) const {
+  const double force = elastic(y);
+  double low = yield(), high = yield() + y;
+  while (lost(high) < force && high < low + 1e3 * (y + yield())) high += high - low;
+  for (int i = 0; i < 80; ++i) {
+    const double middle = 0.5 * (low + high);
+    (lost(middle) < force ? low : high) = middle;
+  }
+  return high;
+}
+
 double NormalLaw::force(double x) const {
   if (bed) return bed->force(x);
   if (law->kind == ContactLaw::Kind::linear) return (stiffness + growth * (x > 0 ? x * x : 0.0)) * x;
@@ -62,6 +99,7 @@ double NormalLaw::slope(double x) const {
     case ContactLaw::Kind::crushing: {
       const double elastic_slope = stiffness + 3 * growth * x * x, back = x - yield();
       if (x < crushed) return 0;
+      if (!plain()) return lost(x) > elastic(crushed) ? elastic_slope - lost_slope(x) : elastic_slope;
       return back < crushed ? elastic_slope : elastic_slope - stiffness - 3 * growth * back * back;
     }
     case ContactLaw::Kind::table: {
@@ -84,7 +122,14 @@ double NormalLaw::work(double x) const {
       const double s = whole(x), turn = std::min(s, half_relieved(stiffness, relief)), f = stiffness * std::pow(turn, 1.5);
       return 0.4 * f * turn - 0.5 * relief * f * f + least_relieved * 0.4 * stiffness * (std::pow(s, 2.5) - std::pow(turn, 2.5));
     }
-    case ContactLaw::Kind::crushing: return stored(x) + yield() * (elastic(crushed_after(x)) - elastic(crushed));
+    case ContactLaw::Kind::crushing: {
+      if (plain()) return stored(x) + yield() * (elastic(crushed_after(x)) - elastic(crushed));
+      if (!(lost(x) > elastic(crushed))) return stored(x);
+      // What the way that crushes takes from where it was left to x, less what was stored there.
+      const double from = crushed > 0 ? reached(crushed) : yield();
+      const auto held = [&](double at, double y) { return elastic_energy(at) - elastic_energy(y) - elastic(y) * (at - y); };
+      return elastic_energy(x) - lost_work(x) - (elastic_energy(from) - lost_work(from)) + held(from, crushed);
+    }
     case ContactLaw::Kind::table: {
       const auto& t = law->table;
       double w = 0;
@@ -110,7 +155,8 @@ double NormalLaw::stored(double x) const {
 
 double NormalLaw::crushed_after(double x) const {
   if (bed) return bed->crushed_after(x);
-  return law->kind == ContactLaw::Kind::crushing ? std::max(crushed, x - yield()) : 0.0;
+  if (law->kind != ContactLaw::Kind::crushing) return 0.0;
+  return plain() ? std::max(crushed, x - yield()) : std::max(crushed, inverse(lost(x)));
 }
 
 double NormalLaw::depth_of(double energy) const {

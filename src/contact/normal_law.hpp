@@ -6,6 +6,8 @@
 ///              s = x + c F: c is what the cell touched gives on its own, which Hertz's law holds already; at a fixed surface 0 [m/N]
 ///   crushing   F = f(x) - f(max(y, x - p A/k)),  f(x) = k x + g x^3      y: crushed for good, p: pressure, A: area; with g = 0 it is min(k (x - y), p A)
 ///              columns of the area that x has come through, A + 3 x^2 A g/k, each elastic up to p: a corner crushes p times the volume that it sinks into
+///              with a pressure that grows by G for each metre crushed, over a thickness H:  k_A (s - y) = p + G y, y <= H, in each column of stiffness k_A per area, so that
+///              F = f(x) - max(f(y), (1 - r) (f(x - p/k_A) - f(x - p/k_A - H/(1 - r)))),  r = G/(k_A + G), f(x) = 0 for x < 0
 ///   table      F linear between the points, the last slope beyond them
 ///   bed        the sum over the columns below a block (contact/bed.hpp), linear or crushing
 ///
@@ -56,6 +58,14 @@ struct NormalLaw {
   double whole(double x) const;   // hertz: s [m]
   double elastic(double x) const { return (stiffness + growth * x * x) * x; }                         // f [N]
   double elastic_energy(double x) const { return (0.5 * stiffness + 0.25 * growth * x * x) * x * x; }   // [J]
+  double hardening() const { return law->yield_gradient > 0 && law->stiffness == ContactLaw::Stiffness::per_area ? law->yield_gradient / (law->normal_stiffness + law->yield_gradient) : 0.0; }   // r
+  double bottom() const { return law->yield_thickness > 0 ? yield() + law->yield_thickness / (1 - hardening()) : std::numeric_limits<double>::infinity(); }   // x at which the first column is crushed through [m]
+  bool plain() const { return !(law->yield_gradient > 0 || law->yield_thickness > 0); }   // its columns keep their pressure
+  double lost(double x) const;         // f(y) on the way that crushes without a stop: F = f - lost [N]
+  double lost_slope(double x) const;   // [N/m]
+  double lost_work(double x) const;    // its integral [J]
+  double inverse(double force) const;  // x at which f is so much [m]
+  double reached(double crushed) const;   // x on that way at which so much is crushed [m]
   double yield() const { return limit / stiffness; }                                                   // crushing: p A/k [m]
   bool yields() const { return law->kind == ContactLaw::Kind::crushing && start - crushed >= yield() * (1 - 1e-3); }   // what the skin gives way meanwhile left apart
 };

@@ -36,6 +36,8 @@ inline constexpr Dimension angular_velocity{0, 0, -1, 1};
 inline constexpr Dimension density{-3, 1, 0, 0};
 inline constexpr Dimension pressure{-1, 1, -2, 0};
 inline constexpr Dimension force{1, 1, -2, 0};
+inline constexpr Dimension rate{0, 0, -1, 0};
+inline constexpr Dimension mass_rate{0, 1, -1, 0};
 inline constexpr Dimension stiffness{0, 1, -2, 0};             // N/m
 inline constexpr Dimension stiffness_per_area{-2, 1, -2, 0};   // Pa/m
 inline constexpr Dimension fracture_energy{0, 1, -2, 0};       // N/m

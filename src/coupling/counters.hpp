@@ -13,6 +13,8 @@ struct Counters {
   double worst_residual = 0, worst_penetration = 0, last_step = 0;
   // Per step of the ledger, none of it hidden in another column [J]: energy that the scheme made, in all and in the worst step, and dissipation that was undone.
   double gained = 0, worst_gain = 0, undone = 0;
+  double crush_depth = 0, crush_share = 0;   // greatest depth crushed [m], and over the thickness of its layer
+  int crush_law = -1;                        // that of the latter, by its place in ContactLaws; -1: no layer has a thickness
   long reduced = 0;   // impacts whose restitution was lowered to the largest that makes no energy
   Counters& operator+=(const Counters& o) {
     steps += o.steps; rejected += o.rejected; contacts += o.contacts; newton += o.newton; sweeps += o.sweeps;
@@ -24,6 +26,8 @@ struct Counters {
     last_step = o.last_step;
     gained += o.gained; undone += o.undone; reduced += o.reduced;
     worst_gain = std::max(worst_gain, o.worst_gain);
+    crush_depth = std::max(crush_depth, o.crush_depth);
+    if (o.crush_share > crush_share) crush_share = o.crush_share, crush_law = o.crush_law;
     return *this;
   }
 };

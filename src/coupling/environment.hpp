@@ -62,13 +62,20 @@ struct Environment {
 struct Ledger {
   double friction_work = 0;   // - tangential impulse . mean slip velocity
   double damping_work = 0;    // restitution losses of impacts and viscous damping
+  double yield_work = 0;      // crushed out of ground and cushions whose laws harden or end
+  double ploughing_work = 0;  // against the ground in the way
+  double vegetation_work = 0; // drag of what grows on the ground
   double algorithmic = 0;     // drift projection, implicit contact, position corrections
   double contact = 0;         // energy now stored in contact springs (not cumulative)
   double structure_contact_work = 0;   // work of contact impulses on structures
   double blocks_contact_work = 0;      // work of the same impulses on blocks
+  double dissipated() const { return friction_work + damping_work + yield_work + ploughing_work + vegetation_work + algorithmic; }
   Ledger& operator+=(const Ledger& o) {
     friction_work += o.friction_work;
     damping_work += o.damping_work;
+    yield_work += o.yield_work;
+    ploughing_work += o.ploughing_work;
+    vegetation_work += o.vegetation_work;
     algorithmic += o.algorithmic;
     contact += o.contact;
     structure_contact_work += o.structure_contact_work;

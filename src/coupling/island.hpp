@@ -273,6 +273,8 @@ class IslandStepper {
   double lost_with_faces(const std::vector<ContactMemory>& memory, std::span<const Touch* const> rows) const;
   void remember_all(double h);
   void commit(double t_end, double h);
+  void report_crushing();
+  void go_on_with_ways(double h);
   void tell_impacts(double t_end);
   void save();
   void restore();

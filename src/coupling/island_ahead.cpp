@@ -23,6 +23,7 @@
 #include <optional>
 
 #include "coupling/crossed_edges.hpp"
+#include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/touch_flush.hpp"
 
@@ -142,7 +143,7 @@ std::optional<std::vector<Vec6>> IslandStepper::allowed_accelerations() {
     const Vec3 along = frame.transpose() * u;
     if (along.tail<2>().norm() <= slowest) c.bias.tail<2>() -= along.tail<2>();
     else scale = std::max(scale, 1e-9 * along.tail<2>().norm());   // round-off of the slip is no acceleration
-    c.friction = t.law->friction;
+    c.friction = friction_now(state_, t);
     if (!t.broken) {
       c.cohesion = (t.law->cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * delta;
       if (t.glued) c.tension = (t.law->tension + t.bond_tension) * t.at.area * delta;

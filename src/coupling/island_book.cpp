@@ -172,7 +172,7 @@ void IslandStepper::Booking::spring_row(const Touch& t, const contact::ProblemCo
   const double crushed = booked_by_craters(t)            ? t.crushed - t.crushed_ahead + of.crushed_ahead(t)
                          : t.mode == Mode::spring_secant ? crushed_by_half(t, -t.at.gap + of.length_before(t, h) * t.approach)
                                                          : t.normal_law.crushing(t.indentation);
-  pending.damping_work += crushed;
+  (t.law->yields() ? pending.yield_work : pending.damping_work) += crushed;
   // With a dashpot the loss is mostly its own. From what the ledger counts as stored: nothing is lost with a changed feature.
   const double freed = of.freed_shear(t);
   pending.friction_work += freed;
@@ -193,15 +193,20 @@ double IslandStepper::Booking::slid_before(const Touch& t, const contact::Proble
 
 void IslandStepper::Booking::shear(const Touch& t, const contact::ProblemContact& c, const Slip& s) {
   const double slip_work = c.impulse.tail<2>().dot((s.blocks + s.structure).tail<2>()), stretch = stretched(t);
+  // Of what slides, the ground in the way takes its part of the cone.
+  const double bound = c.friction * c.impulse[0] + c.cohesion, in_the_way = t.ploughing > 0 && bound > 0 ? std::min(1.0, t.ploughing / bound) : 0.0;
   if (!of.leapfrog()) {
-    loss.sprung -= slip_work + stretch;
+    const double lost = -(slip_work + stretch), ploughed = in_the_way * std::max(0.0, lost);
+    loss.sprung += lost - ploughed;
+    pending.ploughing_work += ploughed;
     return;
   }
   // What slides loses its force times the mean slip, as the bodies do; what sticks has no loss of its own but for the half step before, and what would drive is the scheme's.
   const double lost = -(slip_work + stretch);
   const bool slides = t.shear_stiffness == 0 || c.impulse.tail<2>().norm() >= (c.friction * c.impulse[0] + c.cohesion) * (1 - 1e-9);
   const double slid = std::max(0.0, slides ? lost : std::min(lost, slid_before(t, c, s)));
-  pending.friction_work += slid;
+  pending.friction_work += (1 - in_the_way) * slid;
+  pending.ploughing_work += in_the_way * slid;
   pending.algorithmic += lost - slid;
 }
 

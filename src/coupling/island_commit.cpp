@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "contact/node_surface.hpp"
+#include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/touch_bed.hpp"
 
@@ -174,6 +175,46 @@ void IslandStepper::remember_all(double h) {
   for (const SurfacePair& pair : island_->surfaces) sort(surface_history_[static_cast<std::size_t>(pair.b)]);
 }
 
+/// The greatest depth that springs have crushed.
+void IslandStepper::report_crushing() {
+  Counters& n = report_.counters;
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.stiffness == 0 || t.law->kind != ContactLaw::Kind::crushing) continue;
+    const double depth = t.normal_law.crushed_after(t.indentation);
+    n.crush_depth = std::max(n.crush_depth, depth);
+    if (!(t.law->yield_thickness > 0) || depth / t.law->yield_thickness <= n.crush_share) continue;
+    n.crush_share = depth / t.law->yield_thickness;
+    n.crush_law = static_cast<int>(t.law - env_.laws.law.data());
+    if (n.crush_law < 0 || n.crush_law >= static_cast<int>(env_.laws.law.size())) n.crush_law = -1;   // a joint's own
+  }
+}
+
+/// The ways that friction remembers.
+void IslandStepper::go_on_with_ways(double h) {
+  if (state_.slid.empty()) return;
+  const auto at_start = [&](int block, const Vec3& x) {   // velocity of a rigid block's point
+    const int l = local_[static_cast<std::size_t>(block)];
+    if (l < 0) return Vec3(Vec3::Zero());
+    const Body& b = bodies_[static_cast<std::size_t>(l)];
+    return Vec3(b.v0.head<3>() + b.v0.segment<3>(3).cross(x - b.start.c));
+  };
+  const auto slip_at_start = [&](const Touch& t) {
+    Vec3 u = at_start(t.b, t.at.point_b);
+    if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
+    return (u - t.at.normal * t.at.normal.dot(u)).norm();
+  };
+  for (const Body& b : bodies_) {
+    double slip_speed = -1, recovery = 0;
+    for (const Touch& t : touches_) {
+      const bool own = t.b == b.block || (t.a.kind == Partner::Kind::block && t.a.index == b.block);
+      if (own && t.row >= 0 && t.b >= 0 && t.impulse[0] > 0 && t.law->changes_with_way()) slip_speed = std::max(slip_speed, 0.5 * (slip_at_start(t) + slip(t, t.at.point_b).norm()));
+    }
+    const int material = model_.blocks[static_cast<std::size_t>(b.block)].material;
+    for (int m = 0; m < env_.laws.materials; ++m) recovery = std::max(recovery, env_.laws(m, material).friction_recovery);
+    go_on_sliding(state_, b.block, slip_speed, recovery, h);
+  }
+}
+
 /// Impulses of no duration, each as the mean since it was: over the step that it began, unless that is a sliver that ends at once, with the stretch or at the next impact. Then
 /// over no less than a tenth of what is usual.
 void IslandStepper::tell_impacts(double t_end) {
@@ -193,6 +234,8 @@ void IslandStepper::tell_impacts(double t_end) {
 void IslandStepper::commit(double t_end, double h) {
   report_.ledger += pending_;
   released_ = false;
+  report_crushing();
+  go_on_with_ways(h);
   remember_all(h);
   for (const Touch& t : touches_)
     if (t.row >= 0 && t.stiffness > 0) report_.ledger.algorithmic -= t.stored;

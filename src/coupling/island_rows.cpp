@@ -4,6 +4,7 @@
 
 #include "contact/narrow_math.hpp"
 #include "coupling/crossed_edges.hpp"
+#include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
 
@@ -110,7 +111,7 @@ void IslandStepper::add_surface_row(Touch& t, double h, bool first_pass) {
   node.count = 1, node.node[0] = t.b_node, node.weight[0] = 1;
   const Vec3 b = add_structure_terms(t.row, t.b_structure, node, t.frame, 1, u_ref);
   c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-  c.friction = t.law->friction;
+  c.friction = friction_now(state_, t);
   if (!t.broken) {
     c.cohesion = t.law->cohesion * t.at.area * h;
     c.tension = t.law->tension * t.at.area * h;
@@ -302,11 +303,16 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
   t.gap_ref = gap_ref;
   t.u_ref = u_ref[0];
   const ContactLaw& law = *t.law;
-  c.friction = law.friction;
+  c.friction = friction_now(state_, t, 0.5 * h * u_ref.tail<2>().norm());   // at mid-step
   const bool apart = with_structure && !t.glued && t.at.gap > near_gap();   // rows at a structure reach ahead of what touches
   if (!t.broken && t.at.area > 0 && !apart) {
     c.cohesion = (law.cohesion + (t.glued ? t.bond_cohesion : 0.0)) * t.at.area * h;   // a bridge once lost is lost for good
     if (t.glued) c.tension = (law.tension + t.bond_tension) * t.at.area * h;
+  }
+  t.ploughing = 0;
+  if (t.width > 0) {
+    t.ploughing = h * ploughing(t, u_ref.tail<2>().norm());
+    c.cohesion += t.ploughing;
   }
   switch (t.mode) {
     case Mode::closed:

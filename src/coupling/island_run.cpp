@@ -286,7 +286,7 @@ void IslandStepper::look_for_gains() {
     n.gained += made;
     n.worst_gain = std::max(n.worst_gain, made);
   }
-  for (const double undone : {before.friction_work - after.friction_work, before.damping_work - after.damping_work}) n.undone += std::max(0.0, undone);
+  for (const double undone : {before.friction_work - after.friction_work, before.damping_work - after.damping_work, before.yield_work - after.yield_work, before.ploughing_work - after.ploughing_work}) n.undone += std::max(0.0, undone);
 }
 
 IslandReport IslandStepper::fail_at_drift() {

@@ -146,7 +146,7 @@ Vec3 IslandStepper::parting(const Touch& t) const {
 /// more than the solution leaves unsolved. Many that share a load may have the most that they can bear and still hold.
 bool IslandStepper::breaks(const Touch& t) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  if (t.broken || !(c.cohesion > 0 || c.tension > 0)) return false;
+  if (t.broken || !(c.cohesion > t.ploughing || c.tension > 0)) return false;   // ploughed ground is no bond
   if (t.stiffness > 0) return gives_way(t);
   constexpr double nearly = 1e-3, times_unsolved = 5;
   const double least = c.friction > 0 ? std::min(c.tension, c.cohesion / c.friction) : c.tension, most = c.friction * c.impulse[0] + c.cohesion;

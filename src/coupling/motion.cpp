@@ -66,7 +66,7 @@ bool flies(const dda::Model::Block& b, const Vec3& gravity, double t1, double h,
          (free.w - end.w).norm() <= of_turns * (1 + t1) * end.w.norm() && rotation_vector(free.q * end.q.conjugate()).norm() <= of_turns * (1 + t1);
 }
 
-double dissipated(const Ledger& l) { return l.friction_work + l.damping_work + l.algorithmic; }
+double dissipated(const Ledger& l) { return l.dissipated(); }
 
 }  // namespace
 
@@ -125,6 +125,9 @@ Ledger evaluate(const WorkSegment& segment, double t, double energy) {
   Ledger now;
   now.friction_work = between(before.friction_work, after.friction_work);
   now.damping_work = between(before.damping_work, after.damping_work);
+  now.yield_work = between(before.yield_work, after.yield_work);
+  now.ploughing_work = between(before.ploughing_work, after.ploughing_work);
+  now.vegetation_work = between(before.vegetation_work, after.vegetation_work);
   now.algorithmic = between(before.algorithmic, after.algorithmic);
   now.contact = between(before.contact, after.contact);
   now.structure_contact_work = between(before.structure_contact_work, after.structure_contact_work);

@@ -15,6 +15,7 @@
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
+#include "coupling/ground_laws.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -56,6 +57,8 @@ CoupledSystem::CoupledSystem(dda::Model model, SystemState state, Environment en
   state_.surface_contacts.resize(env_.structures.size());
   state_.asleep.resize(n, 0);
   state_.step.resize(n, 0.0);
+  if (remembers_way(env_.laws)) state_.blocks.slid.resize(n, 0.0);
+  settings_.longest_stretch = std::min(settings_.longest_stretch, longest_in_vegetation(model_, env_.laws));
   state_.structure_step.resize(env_.structures.size(), 0.0);
   settings_.step.threads = settings_.threads;
   schemes_.resize(env_.structures.size());
@@ -126,6 +129,7 @@ int CoupledSystem::add_block(const dda::Model::Block& block, const Vec3& c, cons
   s.q.push_back(Quat::Identity());
   s.eps.push_back(Vec6::Zero());
   s.eps_rate.push_back(Vec6::Zero());
+  if (!s.slid.empty()) s.slid.push_back(0);
   state_.contacts.emplace_back();
   state_.asleep.push_back(0);
   state_.step.push_back(0);
@@ -186,6 +190,8 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   }
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
+  state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
+  const Ledger braked = state_.ledger;
 
   std::vector<IslandReport> reports(p.islands.size());
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
@@ -241,7 +247,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
 
   if (!rows.empty()) {
     for (std::size_t i = 0; i < reports.size(); ++i) reports[i].motion.blocks = p.islands[i].blocks;
-    keep_motion(reports, before.ledger);
+    keep_motion(reports, braked);
   }
   if (watch_) before_ = std::move(before);
   for (std::size_t i = 0; i < reports.size(); ++i) {
@@ -299,6 +305,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     const bool new_topology = part.structure->surface().revision != part.index->surface().revision;   // is never left behind: a checkpoint keeps positions alone
     if (part.lagging_index && (new_topology || part.followed.between >= 0)) bring_up_to_date(part);
   }
+  state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
   islands_ = static_cast<int>(p.islands.size());
   sums_.asleep_skipped += p.skipped;
   ++state_.stretches;

@@ -6,6 +6,7 @@
 
 #include "contact/skin_bed.hpp"
 #include "contact/skin_block.hpp"
+#include "coupling/ground_laws.hpp"
 #include "coupling/half_steps.hpp"
 #include "coupling/touch_bed.hpp"
 #include "coupling/touch_spring.hpp"
@@ -170,6 +171,7 @@ void finish_bed(const dda::Model& m, const dda::State& s, const Environment& env
   for (Touch& t : touches) t.approach = t.at.normal.dot(point_velocity(s, pair.b, t.at.point_b) - partner_velocity(s, env, t));
   spare_newborn(touches, memory, pair.a.id());
   share_dashpots(m, pair, true, touches);
+  share_width(touches, *m.blocks[static_cast<std::size_t>(pair.b)].shape);
 }
 
 }  // namespace
@@ -264,6 +266,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
       }
   }
   share_dashpots(m, pair, at_skin, std::span(out).subspan(first));
+  share_width(std::span(out).subspan(first), shape_b);
 }
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,

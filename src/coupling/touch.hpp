@@ -93,6 +93,8 @@ struct Touch {
   double gap_ref = 0, u_ref = 0; // gap and normal velocity at the end of the linearisation [m], [m/s]
   double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
   Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
+  double ploughing = 0;          // part of the row's cohesion that the ground in the way gives [N s]
+  double width = 0;              // its part of the width of the pair's contact, where the law ploughs [m]
 };
 
 /// What a crushing bed crushes is told by its craters.

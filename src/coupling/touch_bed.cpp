@@ -100,6 +100,7 @@ struct FaceBed {
   double crushed = 0;          // an elastic bed's: it lies unloaded down to there [m]
   bool rested = false;         // and held nothing in the last step
   std::vector<Crater> craters{};
+  double limit = 0;            // compression at which its columns crush [m]
 };
 
 FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> parts, bool crushes) {
@@ -120,12 +121,19 @@ double pressed_before(const std::vector<ContactMemory>& memory, std::uint64_t pa
   return deepest;
 }
 
+/// Of the craters of a face that are known [m].
+double deepest_floor(const std::vector<ContactMemory>& memory, std::uint64_t partner, const FaceBed& face) {
+  double deepest = 0;
+  for (const ContactMemory& m : recall(memory, partner, face.cells, craters_of_a_face)) deepest = std::max(deepest, m.crushed);
+  return deepest;
+}
+
 /// How far the columns may be compressed by what the pair remembers of the face. A new one deep inside is found late if it is more than the block can have covered in a step, or deeper than it can have come: a face
 /// that a cell below it bared when it broke out. `reach`: way of the block in a step; `pressed`: how deep others were before it; `limit`: compression at which columns crush.
-void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double pressed, double edge, double limit) {
+void set_floor(FaceBed& face, const std::vector<ContactMemory>& memory, std::uint64_t partner, double reach, double pressed, double edge, bool crushes, double limit) {
   const auto rows = recall(memory, partner, face.rows, 4), cells = recall(memory, partner, face.cells, craters_of_a_face);
   const bool late = rows.empty() && cells.empty() && face.deepest > reach && (face.sunk > 2 * reach * edge || face.deepest > pressed + 2 * reach);
-  if (std::isinf(limit)) {
+  if (!crushes) {
     if (late) face.crushed = face.deepest;
     double known = 0;
     for (const ContactMemory& m : rows) face.crushed = std::max(face.crushed, m.crushed), known = std::max(known, m.indentation);
@@ -250,16 +258,18 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
     last = i + 1;
     while (last < parts.size() && parts[last].triangle == parts[i].triangle) ++last;
     FaceBed& face = faces.emplace_back(face_bed(skin, std::span(parts).subspan(i, last - i), crushes));
-    set_floor(face, memory, pair.a.id(), margin, pressed, face_edge(skin, parts[i].triangle), limit);
+    // Crushed through, a face goes on as an elastic bed on the floor that it has.
+    face.limit = crushes && law.yield_thickness > 0 && deepest_floor(memory, pair.a.id(), face) >= law.yield_thickness ? std::numeric_limits<double>::infinity() : limit;
+    set_floor(face, memory, pair.a.id(), margin, pressed, face_edge(skin, parts[i].triangle), crushes, face.limit);
   }
   if (crushes) mark_sideways(parts);
   for (FaceBed& face : faces)
     for (const contact::Footprint& part : face.parts) {
-      Touch t = part_touch(skin, pair, law, face, part, limit);
+      Touch t = part_touch(skin, pair, law, face, part, face.limit);
       const auto past = recall(memory, pair.a.id(), t.at.key, 1);
       if (!past.empty()) go_on_from(past.front(), t);
       if (&part == &face.parts.front()) t.craters = face.craters;
-      if (tilts && part.deepest > 0) stand_on_points(skin, t, part, face, limit, out);
+      if (tilts && part.deepest > 0) stand_on_points(skin, t, part, face, face.limit, out);
       else out.push_back(std::move(t));
     }
 }

@@ -50,6 +50,7 @@ struct State {
   std::vector<Vec3> c, v, w;
   std::vector<Quat> q;
   std::vector<Vec6> eps, eps_rate;
+  std::vector<double> slid;   // way slid as friction remembers it [m]; empty where no law asks for it
   int size() const { return static_cast<int>(c.size()); }
   Mat3 rotation(int i) const { return q[static_cast<std::size_t>(i)].toRotationMatrix(); }
 };

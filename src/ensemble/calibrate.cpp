@@ -13,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.hpp"
+#include "ensemble/brief.hpp"
 #include "ensemble/ensemble.hpp"
 #include "ensemble/sobol.hpp"
 #include "io/files.hpp"
@@ -24,7 +25,7 @@ namespace fs = std::filesystem;
 namespace {
 
 using Json = nlohmann::ordered_json;
-using Points = std::vector<Eigen::Vector2d>;
+using Points = std::vector<VecX>;
 
 constexpr int held_out_every = 4;
 
@@ -46,51 +47,81 @@ std::vector<std::string> words_of(const std::string& line) {
   return words;
 }
 
-Points read_points(const fs::path& file) {
+/// Places where blocks came to rest, or what passed at a line.
+struct Measured {
+  std::string line;                     // empty: end points
+  std::vector<std::size_t> quantities;  // of passages, in the order of `quantities`
+  Points points;                        // x, y; or the quantities over their standard deviations
+  VecX scale;
+};
+
+Measured read_measured(const fs::path& file) {
   std::istringstream text(io::read_file(file));
   std::string line;
   std::vector<std::string> header;
-  Points points;
+  Measured m;
   int number = 0;
-  std::size_t x = 0, y = 0;
+  std::vector<std::size_t> columns;
+  std::size_t line_column = 0;
   while (std::getline(text, line)) {
     ++number;
     if (line.empty() || line.front() == '#') continue;
     const std::vector<std::string> words = words_of(line);
     if (header.empty()) {
       header = words;
-      const auto column = [&](const char* name) {
-        const auto found = std::find(header.begin(), header.end(), name);
-        if (found == header.end()) throw io::bad_file(file, name, "is no column of the file", "name the columns x and y in the first row; scene coordinates");
-        return static_cast<std::size_t>(found - header.begin());
-      };
-      x = column("x"), y = column("y");
+      const auto column = [&](const char* name) { return static_cast<std::size_t>(std::find(header.begin(), header.end(), name) - header.begin()); };
+      line_column = column("line");
+      if (line_column == header.size()) {
+        columns = {column("x"), column("y")};
+        for (std::size_t k = 0; k < 2; ++k)
+          if (columns[k] == header.size()) throw io::bad_file(file, k == 0 ? "x" : "y", "is no column of the file", "name the columns x and y of end points in the first row, or line and some of energy, speed, height of passages");
+        continue;
+      }
+      for (std::size_t q = 0; q < quantities.size(); ++q)
+        if (const std::size_t k = column(quantities[q]); k < header.size()) columns.push_back(k), m.quantities.push_back(q);
+      if (columns.empty()) throw io::bad_file(file, "line", "none of energy, speed, height is a column of the file", "name what was measured at the line in the first row");
       continue;
     }
-    const auto value = [&](std::size_t k) {
+    VecX row(static_cast<Eigen::Index>(columns.size()));
+    for (std::size_t c = 0; c < columns.size(); ++c) {
       std::string error;
+      const std::size_t k = columns[c];
       const auto q = k < words.size() ? parse_quantity(words[k], error) : std::nullopt;
       if (!q) throw io::bad_file(file, fmt::format("line {}", number), fmt::format("\"{}\" is no number", k < words.size() ? words[k] : ""), "correct the line");
-      return q->value;
-    };
-    points.emplace_back(value(x), value(y));
+      row[static_cast<Eigen::Index>(c)] = q->value;
+    }
+    if (line_column < header.size()) {
+      const std::string name = line_column < words.size() ? words[line_column] : "";
+      if (!m.line.empty() && name != m.line) throw io::bad_file(file, fmt::format("line {}", number), fmt::format("\"{}\" is another line than \"{}\"", name, m.line), "give the passages of one line a file");
+      m.line = name;
+    }
+    m.points.push_back(row);
   }
-  if (points.size() < 4) throw io::bad_file(file, "rows", fmt::format("{} measured points are too few", points.size()), "give at least 4");
-  return points;
+  if (m.points.size() < 4) throw io::bad_file(file, "rows", fmt::format("{} measured points are too few", m.points.size()), "give at least 4");
+  m.scale = VecX::Ones(m.points.front().size());
+  if (m.line.empty()) return m;
+  VecX mean = VecX::Zero(m.scale.size()), squares = mean;
+  for (const VecX& p : m.points) mean += p / static_cast<double>(m.points.size());
+  for (const VecX& p : m.points) squares += (p - mean).cwiseAbs2() / static_cast<double>(m.points.size() - 1);
+  for (Eigen::Index k = 0; k < m.scale.size(); ++k)
+    if (squares[k] > 0) m.scale[k] = std::sqrt(squares[k]);
+  for (VecX& p : m.points) p = p.cwiseQuotient(m.scale);
+  return m;
 }
 
 struct Candidate {
   std::vector<double> values;
   double fitted = std::numeric_limits<double>::quiet_NaN(), held_out = fitted;   // energy distances [m]
   long members = 0, finished = 0;
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  VecX mean;                            // of what is compared, in its own units
   std::string fault;
 };
 
 class Calibration {
  public:
   explicit Calibration(const CalibrationRequest& r) : request_(r) {
-    const Points all = read_points(r.measured);
+    measured_ = read_measured(r.measured);
+    const Points& all = measured_.points;
     for (std::size_t i = 0; i < all.size(); ++i) (i % held_out_every == held_out_every - 1 ? held_out_ : fitted_).push_back(all[i]);
   }
 
@@ -112,6 +143,18 @@ class Calibration {
   }
 
  private:
+  /// The largest values of a member at the line, if it crosses it.
+  void add_passage(const Ensemble& ensemble, const Member& member, Points& points) const {
+    const auto line = std::find_if(ensemble.lines().begin(), ensemble.lines().end(), [&](const PlanLine& l) { return l.name == measured_.line; });
+    if (line == ensemble.lines().end()) throw io::bad_file(request_.measured, "line " + measured_.line, "the scene has no [[line]] of this name", "name one of the scene's");
+    const Brief brief = brief_of(member, ensemble.lines().size());
+    const Brief::Largest& largest = brief.lines[static_cast<std::size_t>(line - ensemble.lines().begin())];
+    if (!largest.crosses) return;
+    VecX p(measured_.scale.size());
+    for (std::size_t k = 0; k < measured_.quantities.size(); ++k) p[static_cast<Eigen::Index>(k)] = largest.of[measured_.quantities[k]] / measured_.scale[static_cast<Eigen::Index>(k)];
+    if (p.allFinite()) points.push_back(p);
+  }
+
   const Candidate* best() const {
     const Candidate* found = nullptr;
     for (const Candidate& c : candidates_)
@@ -162,13 +205,16 @@ class Calibration {
       ++c.members;
       if (!m || !finished(m->status)) continue;
       ++c.finished;
-      for (const Vec3& e : m->end) ends.emplace_back(e.head<2>());
+      if (measured_.line.empty())
+        for (const Vec3& e : m->end) ends.emplace_back(e.head<2>());
+      else add_passage(*ensemble, *m, ends);
     }
     if (ends.empty()) {
-      c.fault = "no member came to an end";
+      c.fault = c.finished == 0 ? "no member came to an end" : "no member crosses the line";
       return;
     }
-    for (const auto& e : ends) c.mean += e / static_cast<double>(ends.size());
+    c.mean = VecX::Zero(measured_.scale.size());
+    for (const auto& e : ends) c.mean += e.cwiseProduct(measured_.scale) / static_cast<double>(ends.size());
     c.fitted = energy_distance(ends, fitted_);
     c.held_out = held_out_.empty() ? c.held_out : energy_distance(ends, held_out_);
   }
@@ -180,20 +226,22 @@ class Calibration {
       Json values = Json::object();
       for (std::size_t d = 0; d < c.values.size(); ++d) values[request_.parameters[d].key] = c.values[d];
       const auto number = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
-      Json one{{"values", values}, {"distance", number(c.fitted)}, {"held_out_distance", number(c.held_out)}, {"members", c.members}, {"finished", c.finished}, {"mean_end", {c.mean.x(), c.mean.y()}}};
+      Json one{{"values", values}, {"distance", number(c.fitted)}, {"held_out_distance", number(c.held_out)}, {"members", c.members}, {"finished", c.finished}, {measured_.line.empty() ? "mean_end" : "mean_passage", std::vector<double>(c.mean.begin(), c.mean.end())}};
       if (!c.fault.empty()) one["fault"] = c.fault;
       return one;
     };
-    Json root{{"measured", {{"fitted", fitted_.size()}, {"held_out", held_out_.size()}}}, {"measure", "energy distance between end points in plan [m]"}, {"best", json(*found)}, {"candidates", Json::array()}};
+    Json root{{"measured", {{"fitted", fitted_.size()}, {"held_out", held_out_.size()}}}, {"measure", measured_.line.empty() ? "energy distance between end points in plan [m]" : "energy distance between passages at line " + measured_.line + ", each quantity over its measured standard deviation"}, {"best", json(*found)}, {"candidates", Json::array()}};
     for (const Candidate& c : candidates_) root["candidates"].push_back(json(c));
     io::write_file(request_.directory / "calibration.json", root.dump(2) + "\n");
     std::vector<std::string> lines;
+    const char* unit = measured_.line.empty() ? " m" : "";
     for (std::size_t d = 0; d < found->values.size(); ++d) lines.push_back(fmt::format("{} = {:.4g}{}", request_.parameters[d].key, found->values[d], request_.parameters[d].unit.empty() ? "" : " " + request_.parameters[d].unit));
-    lines.push_back(fmt::format("distance {:.4g} m to the points that were fitted, {:.4g} m to those held out", found->fitted, found->held_out));
+    lines.push_back(fmt::format("distance {:.4g}{} to the rows that were fitted, {:.4g}{} to those held out", found->fitted, unit, found->held_out, unit));
     return lines;
   }
 
   CalibrationRequest request_;
+  Measured measured_;
   Points fitted_, held_out_;
   std::vector<Candidate> candidates_;
 };

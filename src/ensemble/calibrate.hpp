@@ -1,12 +1,13 @@
-/// Ground parameters against measured end points.
+/// Ground parameters against measured end points or passages at a line.
 ///
 /// Candidates are points of a Sobol' sequence in the box of the parameters; each runs all members of the scene's ensemble with the same draws. What is
-/// compared are distributions: the energy distance of Szekely & Rizzo between end points in plan, x computed, y measured,
+/// compared are distributions: the energy distance of Szekely & Rizzo between end points in plan, or between what passes at a line, x computed, y measured,
 ///
 ///   D^2 = 2 E|x - y| - E|x - x'| - E|y - y'|
 ///
-/// Half of the candidates cover the box, the rest a box about the best of them, a third as wide. Every fourth measured point is held out: its distance is reported
-/// beside that of the points that were fitted, and plays no part in the choice.
+/// Half of the candidates cover the box, the rest a box about the best of them, a third as wide. Every fourth measured row is held out: its distance is reported
+/// beside that of the rows that were fitted, and plays no part in the choice. Of passages each member's largest values at the line count, over the measured
+/// standard deviations.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -30,7 +31,7 @@ Parameter parse_parameter(const std::string& text);
 struct CalibrationRequest {
   std::string scene;
   scene::Overrides overrides;
-  std::filesystem::path measured;   // CSV with columns x, y in scene coordinates
+  std::filesystem::path measured;   // CSV with columns x, y in scene coordinates; or line and some of energy [J], speed [m/s], height [m]
   std::filesystem::path directory;
   std::vector<Parameter> parameters;
   int candidates = 32;
@@ -39,8 +40,8 @@ struct CalibrationRequest {
   const std::atomic<int>* stop = nullptr;
 };
 
-/// Energy distance between two sets of points in plan [m].
-double energy_distance(const std::vector<Eigen::Vector2d>& a, const std::vector<Eigen::Vector2d>& b);
+/// Energy distance between two sets of points, in their unit.
+double energy_distance(const std::vector<VecX>& a, const std::vector<VecX>& b);
 
 /// Writes calibration.json. Returns lines to print; empty if it was stopped. Throws InputError.
 std::vector<std::string> calibrate(const CalibrationRequest& request);

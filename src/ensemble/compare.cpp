@@ -57,8 +57,12 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
   const auto plain = [&](const std::string& name, const Json& value) {
     if (value.is_number()) all.emplace_back(name, Figure{value.get<double>(), value.get<double>(), value.get<double>()});
   };
-  plain(structure + ": probability of a hit", fragility["events"].value("probability_of_hit", Json()));
-  plain(structure + ": mean of the peak forces", fragility["peak_force"].value("mean", Json()));
+  const Json& events = fragility["events"];
+  if (events.contains("probability_of_hit_interval"))
+    add(structure + ": probability of a hit", {{"value", events.value("probability_of_hit", Json())}, {"low", events["probability_of_hit_interval"][0]}, {"high", events["probability_of_hit_interval"][1]}});
+  add(structure + ": transmitted force, mean of the peaks over hits", fragility["peak_force"].value("mean", Json()));
+  plain(structure + ": transmitted force, largest peak", fragility["peak_force"].value("largest", Json()));
+  if (fragility.contains("capacity")) add(structure + ": capacity over that as built, least member, mean over hits", fragility["capacity"].value("least_ratio", Json()));
   for (const Json& p : fragility.value("per_event", Json::array())) add(fmt::format("{}: P(class >= {}) per event", structure, p.value("class", 0)), p);
   for (const Json& p : fragility.value("per_year", Json::array())) add(fmt::format("{}: P(class >= {}) per year", structure, p.value("class", 0)), p);
   for (const Json& m : fragility.value("members", Json::array()))

@@ -109,16 +109,7 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
   shared_ = shares_ground_ ? std::move(read_ground) : std::make_unique<sim::Shared>();
   shared_->keeps_structures = shares_structures_;
   for (const StructureSpec& s : provisional.structures) structures_.push_back(s.name);
-  for (const scene::Line& line : provisional.lines) {
-    PlanLine& plan = lines_.emplace_back(PlanLine{line.name, line.parts});
-    if (line.file.empty()) continue;
-    const geometry::PlanLines read_lines = geometry::read_plan_lines(line.file);
-    geometry::expect_same_crs(crs_, read_lines.crs, line.file, "line." + line.name + ".file");
-    for (auto part : read_lines.lines) {
-      for (Eigen::Vector2d& p : part) p -= origin_.head<2>();
-      plan.parts.push_back(std::move(part));
-    }
-  }
+  lines_ = plan_lines(provisional, crs_);
   check_lines();
   design_.place(provisional, [this](double x, double y) { return std::isfinite(height_(x, y)) && !(ground_ && ground_->over_hole(x, y)); });
   try_members();
@@ -140,20 +131,8 @@ std::vector<std::filesystem::path> Ensemble::inputs() const {
 }
 
 void Ensemble::check_lines() {
-  std::vector<Problem> problems;
-  for (const PlanLine& line : lines_) {
-    long over = 0, all = 0;
-    for (const auto& part : line.parts)
-      for (std::size_t k = 0; k + 1 < part.size(); ++k)
-        for (int q = 0; q <= 16; ++q, ++all)
-          if (const Eigen::Vector2d p = part[k] + q / 16.0 * (part[k + 1] - part[k]); std::isfinite(height_(p.x(), p.y()))) ++over;
-    if (over == all) continue;
-    const bool off = over == 0;
-    problems.push_back({.severity = off ? Problem::Severity::error : Problem::Severity::warning, .file = file_, .line = 0, .column = 0, .key = "line." + line.name, .value = {},
-                        .rule = off ? std::string("lies off the terrain") : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there with a height", 100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
-                        .remedy = "points are scene coordinates, those of a file map coordinates: check site.origin"});
-  }
-  for (Problem& p : problems)
+  const std::vector<Problem> problems = line_problems(lines_, height_, file_);
+  for (const Problem& p : problems)
     if (p.severity == Problem::Severity::error) throw InputError(problems);
     else warnings_.push_back(p);
 }

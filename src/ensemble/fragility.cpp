@@ -15,6 +15,7 @@
 #include "ensemble/ensemble.hpp"
 #include "ensemble/logistic.hpp"
 #include "ensemble/random.hpp"
+#include "ensemble/statistics.hpp"
 #include "ensemble/store.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
@@ -30,7 +31,10 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int classes = 4;              // slight, moderate, severe, lost
-constexpr int energy_bands = 4;         // of the hits on a member of the structure
+constexpr std::size_t least_events = 3;   // of a cluster, where one is divided
+constexpr int runs_a_cluster = 3;         // at least, over all clusters, where hits are divided further
+/// Spreads that count as equal when a cluster is divided: of ln(energy), of the height over the member's length, of the direction in plan [rad].
+constexpr std::array<double, 3> alike{0.5, 0.15, 0.5};
 constexpr double speed_scatter = 0.01, angle_scatter = 0.035;   // standard deviations of the perturbation of a run: of its speed, and of its turn [rad]
 /// Days that a bridge is closed by the class of its worst member: an assumption that is written with the results.
 constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
@@ -40,11 +44,13 @@ struct Event {
   Hit hit;
   double energy = 0;      // of the translation just before [J]
   int struck = -1;        // member of the structure
+  double height = 0;      // of the contact above the member's base, along its axis; without members its z [m]
+  double direction = 0;   // of the velocity in plan, clockwise from north (+y) [rad]
 };
 
 struct Cluster {
-  int struck = -1, band = 0;
-  std::vector<Event> events;
+  int struck = -1;
+  std::vector<Event> events;   // by energy
   int runs = 0, done = 0;
   std::array<int, classes + 1> at_least{};   // runs at class k or more
 };
@@ -59,6 +65,7 @@ struct Outcome {
   std::vector<std::string> names;      // of the structure's members
   std::vector<int> grade;              // -1: not judged
   double peak_force = 0;               // [N]
+  double capacity = -1;                // least over the members of that now over that as built, 0: lost; negative: not asked for
   int worst() const { return grade.empty() ? -1 : *std::max_element(grade.begin(), grade.end()); }
 };
 
@@ -109,7 +116,7 @@ class Fragility {
       const Hit* most = nullptr;
       for (const Hit& h : m.hits)
         if (h.structure == structure_ && (most == nullptr || h.mass * h.velocity.squaredNorm() > most->mass * most->velocity.squaredNorm())) most = &h;
-      if (most != nullptr) events_.push_back({m.index, *most, 0.5 * most->mass * most->velocity.squaredNorm(), struck_by(most->point)});
+      if (most != nullptr) events_.push_back(event_of(m.index, *most));
     });
     std::sort(events_.begin(), events_.end(), [](const Event& a, const Event& b) { return a.member < b.member; });
     if (events_.empty()) throw io::bad_file(request_.directory / "ensemble.h5", "/hits/" + request_.structure, "no member hits the structure", "there is nothing to run; more members would tell how rare a hit is");
@@ -121,6 +128,15 @@ class Fragility {
       } catch (const InputError&) {
         if (i > 100) throw;
       }
+  }
+
+  Event event_of(std::int64_t member, const Hit& hit) const {
+    Event e{.member = member, .hit = hit, .energy = 0.5 * hit.mass * hit.velocity.squaredNorm(), .struck = struck_by(hit.point), .height = hit.point.z(), .direction = std::atan2(hit.velocity.x(), hit.velocity.y())};
+    if (e.struck >= 0) {
+      const talus::Member& m = members_[static_cast<std::size_t>(e.struck)];
+      e.height = std::clamp((hit.point - m.base).dot(m.axis_x.cross(m.axis_y).normalized()), 0.0, m.length);
+    }
+    return e;
   }
 
   /// The member that is nearest to the point, a prism about its axis; -1 without members.
@@ -137,18 +153,60 @@ class Fragility {
     return best;
   }
 
-  void cluster() {
-    std::map<int, std::vector<Event>> by_member;
-    for (const Event& e : events_) by_member[e.struck].push_back(e);
-    for (auto& [struck, list] : by_member) {
-      std::sort(list.begin(), list.end(), [](const Event& a, const Event& b) { return std::pair(a.energy, a.member) < std::pair(b.energy, b.member); });
-      const std::size_t bands = std::min<std::size_t>(energy_bands, list.size());
-      for (std::size_t b = 0; b < bands; ++b) {
-        Cluster& c = clusters_.emplace_back();
-        c.struck = struck, c.band = static_cast<int>(b);
-        c.events.assign(list.begin() + static_cast<std::ptrdiff_t>(list.size() * b / bands), list.begin() + static_cast<std::ptrdiff_t>(list.size() * (b + 1) / bands));
-      }
+  /// What a cluster is divided by: ln(energy), height over the member's length, direction against the mean one.
+  std::array<double, 3> features(const Event& e, const Eigen::Vector2d& mean) const {
+    const double length = e.struck >= 0 ? members_[static_cast<std::size_t>(e.struck)].length : 1;
+    return {std::log(std::max(e.energy, 1e-300)), e.height / std::max(length, 1e-300), std::remainder(e.direction - std::atan2(mean.x(), mean.y()), 2 * M_PI)};
+  }
+
+  /// The feature in which the hits of a cluster differ most, over what counts as equal, and by how much.
+  std::pair<double, std::size_t> widest(const Cluster& c, std::vector<std::array<double, 3>>& all) const {
+    Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+    for (const Event& e : c.events) mean += Eigen::Vector2d(std::sin(e.direction), std::cos(e.direction));
+    all.clear();
+    for (const Event& e : c.events) all.push_back(features(e, mean));
+    std::pair<double, std::size_t> found{0, 0};
+    for (std::size_t k = 0; k < alike.size(); ++k) {
+      double sum = 0, squares = 0;
+      for (const auto& f : all) sum += f[k], squares += f[k] * f[k];
+      const double n = static_cast<double>(all.size()), spread = std::sqrt(std::max(0.0, squares / n - sum * sum / (n * n))) / alike[k];
+      if (spread > found.first) found = {spread, k};
     }
+    return found;
+  }
+
+  /// Hits by the member struck; then the cluster whose events differ most, each counted, is divided at the median of what they differ most in, as long as the runs suffice for more clusters.
+  void divide() {
+    std::map<int, std::size_t> place;
+    for (const Event& e : events_) {
+      const auto [at, fresh] = place.try_emplace(e.struck, clusters_.size());
+      if (fresh) clusters_.push_back({.struck = e.struck, .events = {}});
+      clusters_[at->second].events.push_back(e);
+    }
+    std::vector<std::array<double, 3>> of;
+    while (static_cast<int>(clusters_.size()) * runs_a_cluster < request_.runs) {
+      double most = 0;
+      std::size_t which = 0;
+      for (std::size_t i = 0; i < clusters_.size(); ++i) {
+        if (clusters_[i].events.size() < 2 * least_events) continue;
+        if (const double gain = static_cast<double>(clusters_[i].events.size()) * widest(clusters_[i], of).first; gain > most) most = gain, which = i;
+      }
+      if (most == 0) break;
+      const std::size_t by = widest(clusters_[which], of).second, n = clusters_[which].events.size();
+      std::vector<std::size_t> order(n);
+      std::iota(order.begin(), order.end(), std::size_t{0});
+      std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return std::pair(of[a][by], clusters_[which].events[a].member) < std::pair(of[b][by], clusters_[which].events[b].member); });
+      Cluster low{.struck = clusters_[which].struck, .events = {}}, high = low;
+      for (std::size_t k = 0; k < n; ++k) (k < n / 2 ? low : high).events.push_back(clusters_[which].events[order[k]]);
+      clusters_[which] = std::move(low);
+      clusters_.push_back(std::move(high));
+    }
+    for (Cluster& c : clusters_) std::sort(c.events.begin(), c.events.end(), [](const Event& a, const Event& b) { return std::pair(a.energy, a.member) < std::pair(b.energy, b.member); });
+    std::stable_sort(clusters_.begin(), clusters_.end(), [](const Cluster& a, const Cluster& b) { return a.struck < b.struck; });
+  }
+
+  void cluster() {
+    divide();
     // One run each, the rest one by one to the cluster that is behind its share most.
     double roots = 0;
     for (const Cluster& c : clusters_) roots += std::sqrt(static_cast<double>(c.events.size()));
@@ -223,6 +281,9 @@ class Fragility {
         o.grade.push_back(m.contains("damage_class") && m["damage_class"].is_number() ? m["damage_class"].get<int>() : -1);
       }
     }
+    if (request_.capacity && fs::exists(directory / "capacity_ratio.json"))
+      for (const Json& m : io::read_json(directory / "capacity_ratio.json", "remove the directory and run again"))
+        if (const double ratio = m.value("ratio", -1.0); ratio >= 0 && (o.capacity < 0 || ratio < o.capacity)) o.capacity = ratio;
     return o;
   }
 
@@ -240,7 +301,31 @@ class Fragility {
     const sim::RunResult result = simulation->run(sink, request_.stop);
     io::Outcome outcome;
     outcome.status = result.status, outcome.message = result.message, outcome.counters = result.counters, outcome.audit = result.audit, outcome.audit_made = result.audit_made;
-    if (result.status != "interrupted") recorder.finish(outcome);
+    if (result.status == "interrupted") return;
+    if (request_.capacity && result.status != "failed") write_capacity(*simulation, directory);
+    recorder.finish(outcome);
+  }
+
+  /// Capacities of the structure's members as they stand at the end of a run, beside those as built.
+  void write_capacity(sim::Simulation& simulation, const fs::path& directory) {
+    const Structure* s = simulation.structures()[static_cast<std::size_t>(structure_)];
+    if (s == nullptr) return;
+    const std::vector<PushDown> now = s->push_down(), &built = as_built(tasks_.front());
+    const std::vector<MemberState> states = s->member_states();
+    Json list = Json::array();
+    for (std::size_t k = 0; k < std::min(now.size(), built.size()); ++k) {
+      const talus::Member& m = s->members()[k];
+      const bool lost = !std::isfinite(states[k].drift[0]) || (m.volume > 0 && states[k].lost_volume > 0.1 * m.volume);
+      list.push_back({{"member", now[k].member}, {"ratio", lost || !(built[k].capacity > 0) ? 0.0 : now[k].capacity / built[k].capacity}});
+    }
+    io::write_file(directory / "capacity_ratio.json", list.dump(2) + "\n", false);
+  }
+
+  /// The same for all runs: the structure is that of the scene.
+  const std::vector<PushDown>& as_built(const Task& task) {
+    const std::lock_guard lock(built_mutex_);
+    if (!built_) built_ = sim::Simulation(scene_of(task, 0.5)).structures()[static_cast<std::size_t>(structure_)]->push_down();
+    return *built_;
   }
 
   void run_all() {
@@ -277,7 +362,7 @@ class Fragility {
 
   /// Runs of another plan (other numbers of runs, another ensemble) are not taken for these.
   void plan_file() {
-    std::string plan = fmt::format("{} {} {} {}", ensemble_.identity(), request_.structure, request_.runs, request_.window);
+    std::string plan = fmt::format("{} {} {} {}{}", ensemble_.identity(), request_.structure, request_.runs, request_.window, request_.capacity ? " capacity" : "");
     const fs::path file = request_.directory / "fragility" / (request_.structure + ".plan");
     fs::create_directories(file.parent_path());
     if (fs::exists(file) && io::read_file(file) == plan) return;
@@ -288,14 +373,14 @@ class Fragility {
   FragilityResult report() {
     FragilityResult result;
     std::vector<std::string> names;
-    double forces = 0, most_force = 0;
+    double most_force = 0;
     for (const Outcome& o : outcomes_) {
       if (!o.good) {
         ++result.failed;
         continue;
       }
       ++result.done;
-      forces += o.peak_force, most_force = std::max(most_force, o.peak_force);
+      most_force = std::max(most_force, o.peak_force);
       if (names.empty()) names = o.names;
     }
     const double n = static_cast<double>(std::max(1L, finished_)), yearly = ensemble_.settings().releases_per_year;
@@ -303,8 +388,10 @@ class Fragility {
     root["structure"] = request_.structure;
     root["runs"] = {{"asked", request_.runs}, {"done", result.done}, {"failed", result.failed}, {"window", request_.window}};
     root["faults"] = faults_;
-    root["events"] = {{"members", finished_}, {"hits", events_.size()}, {"probability_of_hit", static_cast<double>(events_.size()) / n}};
-    root["peak_force"] = {{"mean", result.done > 0 ? forces / result.done : 0}, {"largest", most_force}};
+    const Estimate struck = wilson(static_cast<long>(events_.size()), finished_);
+    root["events"] = {{"members", finished_}, {"hits", events_.size()}, {"probability_of_hit", static_cast<double>(events_.size()) / n}, {"probability_of_hit_interval", {struck.low, struck.high}}};
+    root["peak_force"] = {{"mean", mean_per_hit([](const Outcome& o) { return o.peak_force; })}, {"largest", most_force}};
+    if (request_.capacity) root["capacity"] = {{"least_ratio", mean_per_hit([](const Outcome& o) { return o.capacity; })}, {"note", "capacity now over that as built, of the member of a run with the least; 0: lost; mean over hits"}};
     root["classes"] = {"none", "slight", "moderate", "severe", "lost"};
     root["members"] = Json::array();
     for (std::size_t m = 0; m < names.size(); ++m) root["members"].push_back(member_curves(names[m], m));
@@ -333,9 +420,13 @@ class Fragility {
     root["next_run"] = next_run(worst);
     if (!root["next_run"].is_null()) result.lines.push_back("One more run narrows most: " + root["next_run"]["text"].get<std::string>());
     root["clusters"] = Json::array();
-    for (const Cluster& c : clusters_)
+    for (const Cluster& c : clusters_) {
+      const auto [low, high] = std::minmax_element(c.events.begin(), c.events.end(), [](const Event& a, const Event& b) { return a.height < b.height; });
+      Eigen::Vector2d way = Eigen::Vector2d::Zero();
+      for (const Event& e : c.events) way += Eigen::Vector2d(std::sin(e.direction), std::cos(e.direction));
       root["clusters"].push_back({{"struck", c.struck < 0 || c.struck >= static_cast<int>(names.size()) ? Json(nullptr) : Json(names[static_cast<std::size_t>(c.struck)])}, {"energy", {c.events.front().energy, c.events.back().energy}},
-                                  {"events", c.events.size()}, {"runs", c.runs}});
+                                  {"height", {low->height, high->height}}, {"mean_direction", std::atan2(way.x(), way.y())}, {"events", c.events.size()}, {"runs", c.runs}});
+    }
     root["limits"] = "blocks do not break on impact; other blocks of a member are left out of its window";
     io::write_file(request_.directory / "fragility.json", root.dump(2) + "\n");
     return result;
@@ -347,6 +438,35 @@ class Fragility {
     for (std::size_t t = 0; t < tasks_.size(); ++t)
       if (tasks_[t].cluster == static_cast<int>(cluster) && outcomes_[t].good && grade(outcomes_[t]) >= 0) ++n, x += grade(outcomes_[t]) >= k;
     return {x, n};
+  }
+
+  /// Mean over the hits of what runs give, each cluster by its number of hits, with its 95 % interval; runs that give none (negative) are left out.
+  template <class Value>
+  Json mean_per_hit(Value value) const {
+    double pooled = 0, all = 0;
+    long spare = 0;
+    std::vector<std::array<double, 3>> sums(clusters_.size(), {0, 0, 0});   // number, sum, sum of squares about the mean
+    for (std::size_t t = 0; t < tasks_.size(); ++t)
+      if (outcomes_[t].good && value(outcomes_[t]) >= 0) sums[static_cast<std::size_t>(tasks_[t].cluster)][0] += 1, sums[static_cast<std::size_t>(tasks_[t].cluster)][1] += value(outcomes_[t]);
+    for (std::size_t t = 0; t < tasks_.size(); ++t) {
+      auto& c = sums[static_cast<std::size_t>(tasks_[t].cluster)];
+      if (outcomes_[t].good && value(outcomes_[t]) >= 0) c[2] += std::pow(value(outcomes_[t]) - c[1] / c[0], 2);
+    }
+    for (const auto& c : sums)
+      if (c[0] > 1) pooled += c[2], spare += static_cast<long>(c[0]) - 1;
+    double mean = 0, variance = 0;
+    for (std::size_t i = 0; i < clusters_.size(); ++i)
+      if (sums[i][0] > 0) all += static_cast<double>(clusters_[i].events.size());
+    if (all == 0) return nullptr;
+    for (std::size_t i = 0; i < clusters_.size(); ++i) {
+      if (sums[i][0] == 0) continue;
+      const double w = static_cast<double>(clusters_[i].events.size()) / all;
+      mean += w * sums[i][1] / sums[i][0];
+      if (spare > 0) variance += w * w * pooled / static_cast<double>(spare) / sums[i][0];
+    }
+    if (spare == 0) return {{"value", mean}, {"low", nullptr}, {"high", nullptr}};
+    const double half = 1.959963984540054 * std::sqrt(variance);
+    return {{"value", mean}, {"low", std::max(0.0, mean - half)}, {"high", mean + half}};
   }
 
   /// P(class >= k) per event of the ensemble.
@@ -426,6 +546,8 @@ class Fragility {
   std::vector<Task> tasks_;
   std::vector<Outcome> outcomes_;
   std::vector<std::string> faults_;
+  std::optional<std::vector<PushDown>> built_;
+  std::mutex built_mutex_;
 };
 
 }  // namespace

@@ -1,12 +1,13 @@
 /// From hits to damage: coupled runs of a few of an ensemble's hits, weighted to all of them.
 ///
 /// A member of the ensemble that hits the structure is an event; its strongest hit stands for it. Events are clustered by the member of the structure that is
-/// struck and by energy (quarters); the runs are spread over the clusters in proportion to the root of their sizes, so that rare strong hits are seen. With N_h of N
-/// events of the ensemble's members in cluster h and x_h of n_h runs there at class k or more,
+/// struck; then the cluster whose events differ most, times their number, is divided at the median of what they differ most in (ln energy, height on the member,
+/// direction in plan), as long as there are three runs a cluster. The runs are spread over the clusters in proportion to the root of their sizes, so that rare strong
+/// hits are seen. With N_h of N events of the ensemble's members in cluster h and x_h of n_h runs there at class k or more,
 ///
 ///   P(class >= k) = sum_h N_h / N p_h,   p_h = (x_h + 1/2) / (n_h + 1)     and 0 where no run of any cluster came to it
 ///
-/// with the interval by its variance sum_h (N_h / N)^2 p_h (1 - p_h) / (n_h + 1). The run that narrows most is one more in the cluster whose term falls most.
+/// with the interval by its variance sum_h (N_h / N)^2 p_h (1 - p_h) / (n_h + 1). Means over hits (peak force, capacity) weigh the clusters alike, with the variance within clusters pooled. The run that narrows most is one more in the cluster whose term falls most.
 #pragma once
 #include <atomic>
 #include <filesystem>
@@ -22,6 +23,7 @@ struct FragilityRequest {
   int runs = 60;
   double window = 0.5;               // of the strike and what follows [s]
   int threads = 1;
+  bool capacity = false;             // each run ends with the push-down of the structure's members
   std::function<void(int done, int asked)> progress;
   const std::atomic<int>* stop = nullptr;
 };

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "dda/kinematics.hpp"
+#include "geometry/terrain.hpp"
 #include "sim/world.hpp"
 
 namespace talus::ensemble {
@@ -99,6 +103,11 @@ class Path::Watcher {
   }
 
   double largest_kinetic() const { return largest_; }
+
+  std::vector<Crossing> take_crossings() {
+    std::stable_sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
+    return std::exchange(crossings_, {});
+  }
 
   void finish(Member& m) {
     std::stable_sort(crossings_.begin(), crossings_.end(), [](const Crossing& a, const Crossing& b) { return a.time < b.time; });
@@ -281,9 +290,43 @@ class Path::Watcher {
   std::map<std::pair<std::int32_t, std::int32_t>, std::pair<float, float>> cells_;   // north, east
 };
 
+std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs) {
+  std::vector<PlanLine> lines;
+  for (const scene::Line& line : scene.lines) {
+    PlanLine& plan = lines.emplace_back(PlanLine{line.name, line.parts});
+    if (line.file.empty()) continue;
+    const geometry::PlanLines read_lines = geometry::read_plan_lines(line.file);
+    geometry::expect_same_crs(crs, read_lines.crs, line.file, "line." + line.name + ".file");
+    const Vec3 origin = scene.site ? scene.site->origin : Vec3::Zero();
+    for (auto part : read_lines.lines) {
+      for (Eigen::Vector2d& p : part) p -= origin.head<2>();
+      plan.parts.push_back(std::move(part));
+    }
+  }
+  return lines;
+}
+
+std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height, const std::string& file) {
+  std::vector<Problem> problems;
+  for (const PlanLine& line : lines) {
+    long over = 0, all = 0;
+    for (const auto& part : line.parts)
+      for (std::size_t k = 0; k + 1 < part.size(); ++k)
+        for (int q = 0; q <= 16; ++q, ++all)
+          if (const Eigen::Vector2d p = part[k] + q / 16.0 * (part[k + 1] - part[k]); std::isfinite(height(p.x(), p.y()))) ++over;
+    if (over == all) continue;
+    const bool off = over == 0;
+    problems.push_back({.severity = off ? Problem::Severity::error : Problem::Severity::warning, .file = file, .line = 0, .column = 0, .key = "line." + line.name, .value = {},
+                        .rule = off ? std::string("lies off the terrain") : fmt::format("lies off the terrain by {:.0f} % of its points; nothing crosses it there with a height", 100.0 * static_cast<double>(all - over) / static_cast<double>(all)),
+                        .remedy = "points are scene coordinates, those of a file map coordinates: check site.origin"});
+  }
+  return problems;
+}
+
 Path::Path(sim::Simulation& simulation, const std::vector<PlanLine>& lines, GroundHeight ground, const Vec3& origin, double cell)
     : watcher_(std::make_unique<Watcher>(simulation, lines, std::move(ground), origin, cell, after)) {}
 Path::~Path() = default;
+std::vector<Crossing> Path::take_crossings() { return watcher_->take_crossings(); }
 double Path::largest_kinetic() const { return watcher_->largest_kinetic(); }
 void Path::finish(Member& member) { watcher_->finish(member); }
 

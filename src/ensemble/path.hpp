@@ -24,6 +24,11 @@ struct PlanLine {
 /// Height of the ground; NaN where there is none.
 using GroundHeight = std::function<double(double x, double y)>;
 
+/// The scene's lines; those of files in scene coordinates. Throws InputError for a file that cannot be read, or of another coordinate system than `crs`.
+std::vector<PlanLine> plan_lines(const scene::Scene& scene, const std::string& crs);
+/// Errors for lines that lie off the ground, warnings for those that do in part.
+std::vector<Problem> line_problems(const std::vector<PlanLine>& lines, const GroundHeight& height, const std::string& file);
+
 class Path {
  public:
   /// `origin`: map coordinates of the scene's origin. `cell` 0: no maps.
@@ -33,6 +38,8 @@ class Path {
   Path& operator=(const Path&) = delete;
 
   double largest_kinetic() const;   // of all blocks together, at ends of stretches [J]
+  /// The crossings since the last call, in order of time.
+  std::vector<Crossing> take_crossings();
   /// Crossings, hits and cells so far go into the member.
   void finish(Member& member);
   /// Called after each stretch.

@@ -136,6 +136,7 @@ class Writer {
     write_table("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name + "/", t,
                 {{"time", "s", "of the crossing"}, {"kinetic_translational", "J", ""}, {"kinetic_rotational", "J", ""}, {"height", "m", "of the centroid above the ground"}},
                 {{"position", "m", "of the centroid, scene coordinates"}, {"velocity", "m/s", "of the centroid"}, {"spin", "rad/s", "world axes"}});
+    file_.attribute("/lines/" + ensemble_.lines()[static_cast<std::size_t>(line)].name, "crs", ensemble_.crs());
   }
 
   void write_hits(int structure) {

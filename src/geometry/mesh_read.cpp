@@ -57,12 +57,15 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
     } else if (word == "endloop") {
       if (corners != 3) in.position(start), in.fail("facet", "must have three vertices");
       mesh.triangles.push_back(corner);
+      mesh.group.push_back(std::max(0, solids - 1));
       corners = 0;
     } else if (word == "facet" || word == "endsolid") {
       in.rest_of_line();
     } else if (word == "outer" || word == "loop" || word == "endfacet") {
     } else if (word == "solid") {
-      in.rest_of_line();
+      const std::string_view name = in.rest_of_line();
+      const auto first = name.find_first_not_of(" \t\r"), last = name.find_last_not_of(" \t\r");
+      mesh.group_names.emplace_back(first == std::string_view::npos ? std::string_view() : name.substr(first, last - first + 1));
       ++solids;
     } else {
       in.position(start);
@@ -70,6 +73,7 @@ Mesh read_stl_text(const std::string& text, const std::string& name) {
     }
   }
   if (corners != 0) in.fail("facet", "file ends within a facet");
+  if (solids < 2) mesh.group.clear(), mesh.group_names.clear();   // all one
   return mesh;
 }
 

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 
+#include "contact/detect.hpp"
 #include "contact/surface_order.hpp"
 #include "core/disjoint_sets.hpp"
 #include "geometry/mesh.hpp"
@@ -271,6 +273,7 @@ Terrain assemble(std::vector<Vec3> vertices, std::vector<std::array<int, 3>> tri
   s.two_sided = options.two_sided;
   s.default_material = options.default_material;
   assign_materials(s, options, out.warnings);
+  roughen(s, options.roughness, options.origin);
   if (s.triangles.size() > fits_cache) contact::put_in_search_order(s);
   warn_of_far_origin(s, name, out.warnings);
   return out;
@@ -293,15 +296,74 @@ Terrain make_terrain(std::vector<Vec3> vertices, std::vector<std::array<int, 3>>
   return out;
 }
 
+namespace {
+
+/// The terrain's mesh with those of its parts: every file's faces are a group, those of one with groups of its own by these.
+Mesh join_parts(const std::string& path, const TerrainOptions& options) {
+  Mesh mesh;
+  const auto append = [&](const std::string& file) {
+    const Mesh part = read_mesh(file);
+    const int vertices = static_cast<int>(mesh.vertices.size()), groups = static_cast<int>(mesh.group_names.size());
+    mesh.vertices.insert(mesh.vertices.end(), part.vertices.begin(), part.vertices.end());
+    for (std::size_t t = 0; t < part.triangles.size(); ++t) {
+      const auto& c = part.triangles[t];
+      mesh.triangles.push_back({c[0] + vertices, c[1] + vertices, c[2] + vertices});
+      mesh.group.push_back(groups + (part.group.empty() ? 0 : part.group[t]));
+    }
+    if (part.group.empty()) mesh.group_names.push_back(file);
+    else mesh.group_names.insert(mesh.group_names.end(), part.group_names.begin(), part.group_names.end());
+  };
+  if (!path.empty()) append(path);
+  for (const auto& area : options.material_areas)
+    if (!area.mesh_file.empty()) append(area.mesh_file);
+  if (mesh.group_names.size() > 1) weld(mesh, 0);   // seams
+  const std::vector<std::string>& known = mesh.group_names;
+  for (const auto& area : options.material_areas)
+    if (!area.part.empty() && std::find(known.begin(), known.end(), area.part) == known.end())
+      throw InputError(Problem{.file = path, .key = "site.area.part", .value = area.part, .rule = "is no solid, group or object of the terrain",
+                               .remedy = fmt::format("name one of: {}", fmt::join(known, ", "))});
+  return mesh;
+}
+
+/// Turns a mesh whose axis `up` points up: the others keep their order, right-handed.
+void turn_up(Mesh& mesh, char up) {
+  for (Vec3& v : mesh.vertices) {
+    if (up == 'y') v = Vec3(v.x(), -v.z(), v.y());
+    if (up == 'x') v = Vec3(v.y(), v.z(), v.x());
+  }
+}
+
+void name_parts(const Mesh& mesh, TerrainOptions& options) {
+  const bool asked = std::any_of(options.material_areas.begin(), options.material_areas.end(), [](const auto& a) { return !a.part.empty() || !a.mesh_file.empty(); });
+  if (!asked) return;
+  TriangleSurface surface;
+  surface.vertices = mesh.vertices;
+  for (Vec3& v : surface.vertices) v -= options.origin;
+  surface.triangles = mesh.triangles;
+  surface.two_sided = true;
+  const auto index = std::make_shared<const contact::SurfaceIndex>(surface);
+  options.part_at = [index, group = mesh.group, names = mesh.group_names](const Vec3& x) -> const std::string& {
+    static const std::string none;
+    const int t = index->triangle_at(x);
+    return t < 0 ? none : names[static_cast<std::size_t>(group[static_cast<std::size_t>(t)])];
+  };
+}
+
+}  // namespace
+
 Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   if (options.decimation_error < 0 || !std::isfinite(options.decimation_error))
     throw InputError(Problem{.key = "site.decimation", .value = fmt::format("{}", options.decimation_error), .rule = "must not be negative", .remedy = "give metres"});
-  if (path.empty()) return make_terrain({}, {}, options, options.breaklines);
-  if (is_mesh_file(path)) {
-    Mesh mesh = read_mesh(path);
+  const bool parts_alone = path.empty() && std::any_of(options.material_areas.begin(), options.material_areas.end(), [](const auto& a) { return !a.mesh_file.empty(); });
+  if (path.empty() && !parts_alone) return make_terrain({}, {}, options, options.breaklines);
+  if (parts_alone || is_mesh_file(path)) {
+    Mesh mesh = join_parts(path, options);
+    turn_up(mesh, options.up);
+    TerrainOptions with_parts = options;
+    name_parts(mesh, with_parts);
     std::vector<Problem> rounded = rounding_warning(mesh.vertices, mesh.triangles, path);
     for (Vec3& v : mesh.vertices) v -= options.origin;
-    Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), options, path);
+    Terrain out = make_terrain(std::move(mesh.vertices), std::move(mesh.triangles), with_parts, path.empty() ? options.material_areas.front().mesh_file : path);
     out.warnings.insert(out.warnings.begin(), rounded.begin(), rounded.end());
     return out;
   }

@@ -7,6 +7,7 @@
 /// the terrain. Solid lies on one side unless `two_sided`: the faces of a mesh are oriented by connectivity, each sheet so
 /// that most of its plan area faces up, and overhanging faces keep that orientation (terrain_sheets.hpp).
 #pragma once
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "contact/surface.hpp"
 #include "core/error.hpp"
 #include "core/types.hpp"
+#include "geometry/roughen.hpp"
 
 namespace talus::geometry {
 
@@ -31,8 +33,14 @@ struct TerrainOptions {
     std::string raster_file;        // classes of ground; the cells that hold `value` are the area
     double value = 0;
     int material = 0;               // later areas win
+    std::string part{};             // solid of an STL file, or group or object of an OBJ file, of the terrain
+    std::string mesh_file{};        // a mesh that is a part of the terrain
   };
   std::vector<MaterialArea> material_areas;
+  char up = 'z';                    // of mesh files: their axis that points up, 'x', 'y' or 'z'
+  std::vector<Roughness> roughness; // by material
+  /// Of mesh files: the name of the solid, group or file nearest to a place in scene coordinates; empty: no parts.
+  std::function<const std::string&(const Vec3&)> part_at;
 };
 
 /// Where a grid has data; empty for meshes.

@@ -61,6 +61,14 @@ void assign_materials(TriangleSurface& s, const TerrainOptions& options, std::ve
   for (const auto& c : s.triangles) middle.push_back((s.vertices[c[0]] + s.vertices[c[1]] + s.vertices[c[2]]) / 3 + options.origin);
   for (const Vec3& v : s.vertices) terrain.extend((v + options.origin).head<2>());
   for (const auto& area : options.material_areas) {
+    if (const std::string& name = area.part.empty() ? area.mesh_file : area.part; !name.empty()) {
+      std::size_t covered = 0;
+      for (std::size_t t = 0; t < middle.size() && options.part_at; ++t)
+        if (options.part_at(middle[t] - options.origin) == name) s.material[t] = area.material, ++covered;
+      if (covered == 0)
+        warnings.push_back({.severity = Problem::Severity::warning, .file = name, .key = area.part.empty() ? "site.area.mesh" : "site.area.part", .value = name, .rule = "is no part of the terrain as it is kept", .remedy = "check the crop, or leave the area out"});
+      continue;
+    }
     const bool is_polygon = !area.polygon_file.empty();
     const std::string& file = is_polygon ? area.polygon_file : area.raster_file;
     const std::string key = is_polygon ? "site.area.polygon" : "site.area.raster";

@@ -14,7 +14,7 @@
 
 namespace talus::io {
 
-enum class RecordKind : std::uint32_t { header = 1, history = 2, contacts = 3, field = 4, extend = 5, outcome = 6, warning = 7 };
+enum class RecordKind : std::uint32_t { header = 1, history = 2, contacts = 3, field = 4, extend = 5, outcome = 6, warning = 7, lines = 8, crossings = 9 };
 
 class JournalWriter {
  public:

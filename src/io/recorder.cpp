@@ -152,6 +152,8 @@ Recorder::Recorder(RecorderOptions options, std::uint64_t position) : impl_(std:
         }
         case RecordKind::warning: impl_->header.warnings.push_back(payload); break;
         case RecordKind::contacts:
+        case RecordKind::lines:
+        case RecordKind::crossings:
         case RecordKind::outcome: break;
       }
     }
@@ -175,6 +177,14 @@ void Recorder::history(const sim::HistoryRow& row) {
 
 void Recorder::contacts(std::span<const sim::ContactRow> rows) {
   if (!rows.empty()) impl_->journal->append(RecordKind::contacts, encode_contacts(rows));
+}
+
+void Recorder::lines(std::span<const std::string> names) {
+  if (!names.empty()) impl_->journal->append(RecordKind::lines, encode_line_names(names));
+}
+
+void Recorder::crossings(std::span<const LineRow> rows) {
+  if (!rows.empty()) impl_->journal->append(RecordKind::crossings, encode_line_rows(rows));
 }
 
 void Recorder::field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures) {

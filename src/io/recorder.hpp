@@ -16,6 +16,7 @@
 
 #include "core/log.hpp"
 #include "io/files.hpp"
+#include "io/line_rows.hpp"
 #include "io/summary.hpp"
 #include "sim/final_state.hpp"
 #include "sim/frame.hpp"
@@ -43,6 +44,9 @@ class Recorder {
   void contacts(std::span<const sim::ContactRow> rows);
   /// Poses of all present blocks and one snapshot per structure, in the header's order.
   void field(double time, std::span<const Pose> poses, std::span<const Structure::Snapshot> structures);
+  /// Names of the lines whose crossings are recorded; once, before the first.
+  void lines(std::span<const std::string> names);
+  void crossings(std::span<const LineRow> rows);
   /// Fragments are appended to the blocks; rows before read NaN for them.
   void extend(std::span<const sim::RunHeader::BlockInfo> fragments);
   /// What the run warns of while it goes on; goes into the summary after those of the header.

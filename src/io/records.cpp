@@ -43,6 +43,7 @@ void contact_fields(auto& c, auto&& f) { f(c.time), f(c.dt), f(c.block), f(c.str
 
 void ledger_fields(auto& l, auto&& f) {
   f(l.kinetic), f(l.potential), f(l.strain), f(l.contact), f(l.friction_work), f(l.damping_work), f(l.damage_work), f(l.algorithmic), f(l.external_work), f(l.residual);
+  f(l.yield_work), f(l.ploughing_work), f(l.vegetation_work);
   f(l.linear_momentum), f(l.angular_momentum);
 }
 

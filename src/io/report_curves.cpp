@@ -43,10 +43,12 @@ void ledger(ReportData& d) {
   std::vector<double> potential = read("potential");
   const double lowest = *std::min_element(potential.begin(), potential.end());
   for (double& p : potential) p -= lowest;  // only differences mean something, and the plot stays readable
-  curves(d, "energy", "Energy and where it went", "J", d.time,
-         {{"kinetic", read("kinetic")}, {"potential (above its lowest)", potential}, {"strain", read("strain")}, {"contact", read("contact")},
-          {"friction", read("friction_work")}, {"damping", read("damping_work")}, {"damage", read("damage_work")}, {"algorithmic", read("algorithmic")}, {"external work", read("external_work")}},
-         6000, {{"group", "energy"}});
+  std::vector<std::pair<std::string, std::vector<double>>> where{{"kinetic", read("kinetic")}, {"potential (above its lowest)", potential}, {"strain", read("strain")}, {"contact", read("contact")},
+                                                                  {"friction", read("friction_work")}, {"damping", read("damping_work")}, {"damage", read("damage_work")}, {"algorithmic", read("algorithmic")}, {"external work", read("external_work")}};
+  for (const auto& [name, dataset] : std::initializer_list<std::pair<const char*, const char*>>{{"yielding", "yield_work"}, {"ploughing", "ploughing_work"}, {"vegetation", "vegetation_work"}})
+    if (d.file.exists(std::string("/ledger/") + dataset))
+      if (std::vector<double> taken = read(dataset); taken.back() != 0) where.emplace_back(name, std::move(taken));
+  curves(d, "energy", "Energy and where it went", "J", d.time, where, 6000, {{"group", "energy"}});
   curves(d, "residual", "Energy ledger residual", "J", d.time, {{"residual", read("residual")}}, 3000, {{"group", "energy"}});
   const auto p = d.file.read<double>("/ledger/linear_momentum");
   curves(d, "momentum", "Linear momentum", "N s", d.time, {{"x", column(p, 3, 0)}, {"y", column(p, 3, 1)}, {"z", column(p, 3, 2)}}, 3000, {{"group", "energy"}});

@@ -30,6 +30,9 @@ HistoryWriter::HistoryWriter(Hdf5File& file, const sim::RunHeader& header, std::
   make(l + "contact", {nt}, "J", "elastic energy of contacts");
   make(l + "friction_work", {nt}, "J", "dissipated by friction since the start");
   make(l + "damping_work", {nt}, "J", "dissipated by damping and restitution since the start");
+  make(l + "yield_work", {nt}, "J", "crushed out of ground and cushions whose laws harden or end, since the start");
+  make(l + "ploughing_work", {nt}, "J", "taken by the ground in the way of what slides in it since the start");
+  make(l + "vegetation_work", {nt}, "J", "taken by the drag of vegetation since the start");
   make(l + "damage_work", {nt}, "J", "dissipated by damage and plasticity since the start");
   make(l + "algorithmic", {nt}, "J", "dissipated by the time integration since the start");
   make(l + "external_work", {nt}, "J", "work of prescribed loads since the start");
@@ -96,7 +99,7 @@ void HistoryWriter::add(const sim::HistoryRow& r) {
     add_structure(i < r.structures.size() ? r.structures[i] : empty, header_.structures[i]);
   }
   const sim::LedgerRow& l = r.ledger;
-  for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.damage_work, l.algorithmic, l.external_work, l.residual, l.step_dependence})
+  for (const double v : {l.kinetic, l.potential, l.strain, l.contact, l.friction_work, l.damping_work, l.yield_work, l.ploughing_work, l.vegetation_work, l.damage_work, l.algorithmic, l.external_work, l.residual, l.step_dependence})
     next().add(v);
   next().add(l.linear_momentum);
   next().add(l.angular_momentum);

@@ -8,6 +8,7 @@
 #include "io/bytes.hpp"
 #include "io/files.hpp"
 #include "io/journal.hpp"
+#include "io/line_rows.hpp"
 #include "io/records.hpp"
 #include "io/result_writers.hpp"
 
@@ -38,7 +39,9 @@ Count count(const std::filesystem::path& journal, std::uint64_t limit) {
       case RecordKind::history: ++c.rows; break;
       case RecordKind::contacts: c.contacts += ByteReader(payload).take<std::uint64_t>(); break;
       case RecordKind::field: ++c.fields; break;
-      case RecordKind::warning: break;
+      case RecordKind::warning:
+      case RecordKind::lines:
+      case RecordKind::crossings: break;
       case RecordKind::outcome: c.outcome = decode_outcome(payload); break;
     }
   }
@@ -89,6 +92,8 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
     RecordKind kind;
     std::string payload;
     std::vector<double> field_times;
+    std::vector<std::string> line_names;
+    std::vector<LineRow> line_rows;
     while (reader.next(kind, payload)) {
       switch (kind) {
         case RecordKind::header: summary.emplace(decode_header(payload), steps, taken); break;
@@ -113,6 +118,12 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
           fields.add(row);
           break;
         }
+        case RecordKind::lines: line_names = decode_line_names(payload); break;
+        case RecordKind::crossings: {
+          const std::vector<LineRow> rows = decode_line_rows(payload);
+          line_rows.insert(line_rows.end(), rows.begin(), rows.end());
+          break;
+        }
         case RecordKind::warning:
           if (summary) summary->add_warning(payload);
           break;
@@ -127,6 +138,7 @@ BuiltResults build(const std::filesystem::path& directory, const Outcome* outcom
       const std::vector<double> left = summary->left();
       if (!left.empty()) file.write<double>("/history/blocks/left", left, {left.size()}, "s", "when the block left the model over the edge of the terrain; NaN: it did not");
     }
+    write_lines(file, line_names, line_rows, c.header.crs);
     if (state != nullptr) write_final_state(file, *state);
     file.close();
     frames = fields.frames();

@@ -18,7 +18,7 @@ using json = nlohmann::ordered_json;
 json vec(const Vec3& v) { return json::array({v.x(), v.y(), v.z()}); }
 
 double energy_of(const sim::LedgerRow& l) { return l.kinetic + l.potential + l.strain + l.contact; }
-double dissipated(const sim::LedgerRow& l) { return l.friction_work + l.damping_work + l.damage_work + l.algorithmic; }
+double dissipated(const sim::LedgerRow& l) { return l.dissipated(); }
 
 json of_stress(const StressPeak& p) {
   if (!(p.strength > 0 && p.value > p.strength)) return {};
@@ -68,6 +68,8 @@ json of_counters(const sim::RunCounters& c) {
           {"structure_asleep", c.structure_asleep},
           {"worst_residual", c.worst_residual},
           {"worst_penetration", c.worst_penetration},
+          {"crush_depth", c.crush_depth},
+          {"crush_share", c.crush_share},
           {"energy_made", c.gained},
           {"worst_energy_made", c.worst_gain},
           {"dissipation_undone", c.undone},
@@ -180,6 +182,9 @@ json SummaryBuilder::of_energy() const {
           {"dissipated", dissipated(last_)},
           {"friction_work", last_.friction_work},
           {"damping_work", last_.damping_work},
+          {"yield_work", last_.yield_work},
+          {"ploughing_work", last_.ploughing_work},
+          {"vegetation_work", last_.vegetation_work},
           {"damage_work", last_.damage_work},
           {"algorithmic", last_.algorithmic},
           {"algorithmic_relative", kinetic_peak_ > 0 ? std::abs(last_.by_the_scheme()) / scale : 0.0},

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -61,6 +62,7 @@ void read_materials(Reading& in, const View& root) {
     m.poisson = view.maybe("poisson").value_or(m.f_cm > 0 ? 0.2 : 0.25);
     m.tensile_strength = view.number("tensile_strength");
     m.fracture_energy = view.number("fracture_energy");
+    if (const auto rough = view.table("roughness")) m.roughness = Material::Roughness{rough->number("amplitude"), rough->number("length"), static_cast<std::uint32_t>(rough->integer("seed"))};
     in.material_index.emplace(m.name, static_cast<int>(in.scene.materials.size()));
     in.scene.materials.push_back(m);
   }
@@ -98,7 +100,10 @@ void read_site(Reading& in, const View& root) {
     site.terrain = in.file(*view, "terrain");
     site.breaklines = in.file(*view, "breaklines");
     read_slope(*view, site);
-    if (!view->has("terrain") && !view->has("breaklines") && site.faces.empty()) view->missing("terrain", "or breaklines, or face");
+    const auto areas = view->tables("area");
+    const bool in_parts = std::any_of(areas.begin(), areas.end(), [](const View& area) { return area.has("mesh"); });
+    if (!view->has("terrain") && !view->has("breaklines") && site.faces.empty() && !in_parts) view->missing("terrain", "or breaklines, face, or area.mesh");
+    site.up = view->text("up").empty() ? 'z' : view->text("up").front();
     site.material = in.material(*view, "material", true);
     site.two_sided = view->flag("two_sided");
     site.decimation_error = view->number("decimation");
@@ -112,14 +117,18 @@ void read_site(Reading& in, const View& root) {
       if (crop->get("min") && crop->get("max") && !(low.array() < high.array()).all()) crop->problem("max", "must be greater than min in every direction", "swap the corners");
       site.crop = Box3(low, high);
     }
-    for (const View& area : view->tables("area")) {
+    for (const View& area : areas) {
       const bool by_raster = area.has("raster");
-      if (by_raster && area.has("polygon")) area.problem("raster", "the area is given twice", "give polygon, or raster and value");
+      const int ways = area.has("polygon") + by_raster + area.has("part") + area.has("mesh");
+      if (ways > 1) area.problem(by_raster ? "raster" : area.has("part") ? "part" : "mesh", "the area is given twice", "give one of polygon, raster and value, part, mesh");
       if (by_raster) area.missing("value", "the class of ground meant");
-      else area.missing("polygon", "or raster and value");
-      if (!by_raster && area.has("value")) area.problem("value", "a polygon has no classes", "remove it, or give a raster");
-      site.material_areas.push_back({in.file(area, "polygon"), in.file(area, "raster"), area.number("value"), in.material(area, "material", true)});
+      else if (ways == 0) area.missing("polygon", "or raster and value, part, mesh");
+      if (!by_raster && area.has("value")) area.problem("value", "only a raster has classes", "remove it, or give a raster");
+      if (area.has("part") && !view->has("terrain")) area.problem("part", "there is no terrain file that it could be a part of", "give site.terrain");
+      site.material_areas.push_back({in.file(area, "polygon"), in.file(area, "raster"), area.number("value"), in.material(area, "material", true), area.text("part"), in.file(area, "mesh")});
     }
+    for (std::size_t m = 0; m < in.scene.materials.size(); ++m)
+      if (in.scene.materials[m].roughness) site.roughness.push_back({static_cast<int>(m), *in.scene.materials[m].roughness});
     in.scene.site = site;
   }
   for (const View& view : root.tables("plane")) {

@@ -28,7 +28,9 @@ bool same(const ContactLaw& x, const ContactLaw& y) {
          x.normal_stiffness == y.normal_stiffness && x.shear_stiffness == y.shear_stiffness && x.restitution == y.restitution &&
          x.restitution_tangential == y.restitution_tangential && x.rolling_resistance == y.rolling_resistance && x.drilling_resistance == y.drilling_resistance &&
          x.damping_ratio == y.damping_ratio && x.kind == y.kind && x.hertz_radius == y.hertz_radius &&
-         x.crushing_pressure == y.crushing_pressure && x.table == y.table;
+         x.crushing_pressure == y.crushing_pressure && x.yield_gradient == y.yield_gradient && x.yield_thickness == y.yield_thickness && x.ploughing_pressure == y.ploughing_pressure &&
+         x.ploughing_density == y.ploughing_density && x.friction_most == y.friction_most && x.friction_way == y.friction_way && x.friction_recovery == y.friction_recovery &&
+         x.vegetation_height == y.vegetation_height && x.vegetation_drag == y.vegetation_drag && x.table == y.table;
 }
 
 void read_stiffness(const View& view, Entry& entry) {
@@ -79,6 +81,12 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
     law.kind = ContactLaw::Kind::crushing;
     form->missing("pressure", "a crushing contact needs it");
     law.crushing_pressure = form->number("pressure");
+    law.yield_gradient = form->number("gradient");
+    law.yield_thickness = form->maybe("thickness").value_or(0);
+    law.ploughing_pressure = form->number("ploughing");
+    law.ploughing_density = form->number("ploughing_density");
+    if (law.yield_gradient > 0 && view.has("normal_stiffness") && law.stiffness != ContactLaw::Stiffness::per_area)
+      form->problem("gradient", "needs a normal_stiffness per area", "give normal_stiffness in Pa/m");
   } else if (kind == "table") {
     law.kind = ContactLaw::Kind::table;
     if (form->has("file") == form->has("points")) form->problem(form->has("file") ? "points" : "kind", "a table law needs exactly one of file and points", "write { kind = \"table\", file = \"law.csv\" }");
@@ -100,8 +108,51 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
   };
   stray("radius", "hertz");
   stray("pressure", "crushing");
+  for (const char* key : {"gradient", "thickness", "ploughing", "ploughing_density"}) stray(key, "crushing");
   stray("file", "table");
   stray("points", "table");
+}
+
+/// A ground by name: what it fills in, and the range that each value is commonly given within (docs/theory/ground.md).
+struct Preset {
+  const char* name;
+  double friction, restitution, rolling;       // [deg], 1, 1
+  double most, way, recovery;                  // slip friction: coefficient, [m], [1/s]; most 0: none
+  double height, drag;                         // vegetation [m], [kg/s]; 0: none
+  const char* ranges;
+};
+constexpr Preset presets[] = {
+    {"rock", 35, 0.35, 0.05, 0, 1, 0, 0, 0, "friction 30 to 40 deg, restitution 0.3 to 0.5, rolling_resistance 0 to 0.1"},
+    {"talus", 38, 0.2, 0.15, 0, 1, 0, 0, 0, "friction 35 to 42 deg, restitution 0.1 to 0.35, rolling_resistance 0.1 to 0.3"},
+    {"compact soil", 33, 0.15, 0.2, 2, 0.5, 5, 0, 0, "friction 30 to 38 deg, restitution 0.05 to 0.3, rolling_resistance 0.1 to 0.3, slip_friction.most 1.5 to 2"},
+    {"soft soil", 28, 0.05, 0.3, 2, 0.8, 5, 0, 0, "friction 14 to 33 deg, restitution 0 to 0.2, rolling_resistance 0.2 to 0.5, slip_friction.most 1.5 to 2"},
+    {"forest", 33, 0.1, 0.25, 2, 0.5, 5, 5, 500, "as compact soil; vegetation.drag 250 (open) to 750 kg/s (dense), vegetation.height 2 to 10 m"},
+};
+
+/// Friction, the laws of ground, and what a preset fills in.
+void read_ground(Reading& in, const View& view, ContactLaw& law) {
+  const Preset* preset = nullptr;
+  if (view.has("preset"))
+    for (const Preset& p : presets)
+      if (view.text("preset") == p.name) preset = &p;
+  if (preset == nullptr) {
+    if (!view.has("friction")) view.missing("friction", "or preset");
+  } else {
+    if (!view.has("friction")) law.friction = std::tan(preset->friction * M_PI / 180);
+    law.restitution = preset->restitution;
+    law.rolling_resistance = preset->rolling;
+    if (preset->most > 0) law.friction_most = std::max(preset->most, law.friction), law.friction_way = preset->way, law.friction_recovery = preset->recovery;
+    law.vegetation_height = preset->height, law.vegetation_drag = preset->drag;
+    const auto names = view.texts("between");
+    in.scene.notes.push_back(fmt::format("contact {}: preset \"{}\" stands for what is left out; commonly given: {}. Starting values, to be calibrated.", fmt::join(names, "/"), preset->name, preset->ranges));
+  }
+  if (const auto slip = view.table("slip_friction")) {
+    if (const Node* most = slip->get("most")) law.friction_most = friction_coefficient(*most);
+    if (const auto way = slip->maybe("length")) law.friction_way = *way;
+    law.friction_recovery = slip->number("recovery");
+    if (law.friction_most > 0 && law.friction_most < law.friction) slip->problem("most", fmt::format("is less than friction ({:.4g}), from which it grows", law.friction), "give the larger of the two as most");
+  }
+  if (const auto plants = view.table("vegetation")) law.vegetation_height = plants->number("height"), law.vegetation_drag = plants->number("drag");
 }
 
 std::vector<Entry> read_entries(Reading& in, const View& root) {
@@ -135,14 +186,15 @@ std::vector<Entry> read_entries(Reading& in, const View& root) {
       if (friction->is_number() && law.friction >= 15 && law.friction < 90)
         view.problem("friction", fmt::format("a bare number is the coefficient, and this one is unusually large: an angle of {:.3g} deg", std::atan(friction->as_number()) * 180 / M_PI), fmt::format("if it is an angle, write \"{} deg\"", value_text(*friction)), Problem::Severity::warning);
     }
+    read_ground(in, view, law);
     law.cohesion = view.number("cohesion");
     law.tension = view.number("tension");
     if (law.tension > 0 && law.friction > 0 && law.cohesion < law.friction * law.tension)
       view.problem("tension", fmt::format("reaches only {:.4g} Pa: friction and cohesion end in a tip at cohesion over friction", law.cohesion / law.friction),
                    fmt::format("give a cohesion of {:.4g} Pa or more", law.friction * law.tension), Problem::Severity::warning);
-    law.restitution = view.maybe("restitution");
+    if (const auto given = view.maybe("restitution")) law.restitution = given;
     law.restitution_tangential = view.maybe("restitution_tangential");
-    law.rolling_resistance = view.number("rolling_resistance");
+    if (const auto given = view.maybe("rolling_resistance")) law.rolling_resistance = *given;
     // A patch within which the normal force shifts by f has a radius of at least f; uniform pressure on it resists drilling by 2/3 mu f N.
     law.drilling_resistance = view.maybe("drilling_resistance").value_or(2.0 / 3 * law.friction * law.rolling_resistance);
     law.damping_ratio = view.number("damping_ratio");

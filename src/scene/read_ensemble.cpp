@@ -55,7 +55,7 @@ class VaryReader {
       vary_.like = static_cast<int>(view_.integer("like"));
       if (vary_.like >= place) view_.problem("like", "must name an earlier variable", "count the [[ensemble.vary]] from 0");
     }
-    if ((vary_.min || vary_.max) && (vary_.kind == Vary::Kind::rotation || vary_.kind == Vary::Kind::release)) view_.problem(vary_.min ? "min" : "max", "there is nothing to cut", "remove it");
+    if ((vary_.min || vary_.max) && (vary_.kind == Vary::Kind::rotation || vary_.kind == Vary::Kind::release || vary_.kind == Vary::Kind::list)) view_.problem(vary_.min ? "min" : "max", "there is nothing to cut", "remove it");
     if (vary_.min && vary_.max && *vary_.min >= *vary_.max) view_.problem("max", "must be larger than min", "swap them");
   }
 

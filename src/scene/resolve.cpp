@@ -68,6 +68,8 @@ Json interface(const Scene& scene, int a, int b) {
     out["shear_stiffness"] = exact_text(law.shear_stiffness) + unit;
   }
   out["normal_stiffness_chosen"] = law.chosen;
+  if (law.changes_with_way()) out["slip_friction"] = {{"most", law.friction_most}, {"length", law.friction_way}, {"recovery", law.friction_recovery}};
+  if (law.vegetation_drag > 0) out["vegetation"] = {{"height", law.vegetation_height}, {"drag", law.vegetation_drag}};
   if (law.restitution) out["restitution"] = *law.restitution;
   if (law.restitution_tangential) out["restitution_tangential"] = *law.restitution_tangential;
   out["rolling_resistance"] = law.rolling_resistance;
@@ -76,7 +78,9 @@ Json interface(const Scene& scene, int a, int b) {
   switch (law.kind) {
     case ContactLaw::Kind::linear: out["contact_law"] = "linear"; break;
     case ContactLaw::Kind::hertz: out["contact_law"] = {{"kind", "hertz"}, {"radius", law.hertz_radius}}; break;
-    case ContactLaw::Kind::crushing: out["contact_law"] = {{"kind", "crushing"}, {"pressure", law.crushing_pressure}}; break;
+    case ContactLaw::Kind::crushing: out["contact_law"] = {{"kind", "crushing"}, {"pressure", law.crushing_pressure}, {"gradient", law.yield_gradient}, {"ploughing", law.ploughing_pressure}, {"ploughing_density", law.ploughing_density}};
+      if (law.yield_thickness > 0) out["contact_law"]["thickness"] = law.yield_thickness;
+      break;
     case ContactLaw::Kind::table: out["contact_law"] = {{"kind", "table"}, {"points", pairs(law.table)}}; break;
   }
   return out;
@@ -225,6 +229,7 @@ std::string resolved_json(const Scene& scene) {
     }
     for (const auto& face : s.faces) site["face"].push_back({{"dip", face.dip}, {"length", face.length}});
     site["material"] = material(s.material);
+    site["up"] = std::string(1, s.up);
     site["two_sided"] = s.two_sided;
     site["decimation"] = s.decimation_error;
     site["widen"] = s.widen;
@@ -233,8 +238,10 @@ std::string resolved_json(const Scene& scene) {
     site["origin"] = vec(s.origin);
     for (const auto& area : s.material_areas) {
       Json one;
-      if (area.raster_file.empty()) one["polygon"] = area.polygon_file;
-      else one["raster"] = area.raster_file, one["value"] = area.value;
+      if (!area.polygon_file.empty()) one["polygon"] = area.polygon_file;
+      if (!area.part.empty()) one["part"] = area.part;
+      if (!area.mesh_file.empty()) one["mesh"] = area.mesh_file;
+      if (!area.raster_file.empty()) one["raster"] = area.raster_file, one["value"] = area.value;
       one["material"] = material(area.material);
       site["area"].push_back(one);
     }
@@ -251,6 +258,7 @@ std::string resolved_json(const Scene& scene) {
     if (m.f_cm > 0) one["f_cm"] = m.f_cm;
     if (m.tensile_strength > 0) one["tensile_strength"] = m.tensile_strength;
     if (m.fracture_energy > 0) one["fracture_energy"] = m.fracture_energy;
+    if (m.roughness) one["roughness"] = {{"amplitude", m.roughness->amplitude}, {"length", m.roughness->length}, {"seed", m.roughness->seed}};
     out["material"].push_back(one);
   }
   for (const auto& [a, b] : scene.law_pairs) out["interface"].push_back(interface(scene, a, b));

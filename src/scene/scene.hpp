@@ -1,5 +1,6 @@
 /// The scene as plain validated structs: every default filled in, SI, absolute paths. `read_scene` is the only way in.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -37,6 +38,8 @@ struct Material {
   double poisson = 0.25;
   double f_cm = 0;              // [Pa]; > 0: concrete
   double tensile_strength = 0, fracture_energy = 0;
+  struct Roughness { double amplitude = 0, length = 1; std::uint32_t seed = 1; };   // [m], [m]
+  std::optional<Roughness> roughness;   // of ground
   bool declared = true;         // false: named by a terrain or plane and an interface only, no [[material]] of its own
 };
 
@@ -50,14 +53,19 @@ struct Site {
   std::optional<Box3> crop;     // in scene coordinates
   std::string crs;
   Vec3 origin = Vec3::Zero();   // map coordinates of the scene origin (subtracted from the terrain)
-  struct MaterialArea { std::string polygon_file, raster_file; double value; int material; };   // polygon, or cells of the raster with the value
+  struct MaterialArea { std::string polygon_file, raster_file; double value; int material; std::string part{}, mesh_file{}; };   // polygon, cells of the raster with the value, part of the mesh, or a mesh of its own
+  char up = 'z';                // axis of mesh files that points up
+  struct Rough { int material; Material::Roughness surface; };
+  std::vector<Rough> roughness; // below the mesh, by material
   std::vector<MaterialArea> material_areas;
   std::string breaklines;       // absolute path; empty: none
   struct Face { double dip, length; };   // [rad], [m]
   std::vector<Face> faces;      // a slope in words, in place of a terrain file
   Vec3 crest = Vec3::Zero();    // middle of its upper edge
   double dip_direction = 0, width = 0;   // [rad], [m]
-  bool given() const { return !terrain.empty() || !breaklines.empty() || !faces.empty(); }
+  bool given() const {
+    return !terrain.empty() || !breaklines.empty() || !faces.empty() || std::any_of(material_areas.begin(), material_areas.end(), [](const MaterialArea& a) { return !a.mesh_file.empty(); });
+  }
 };
 
 struct Shape {

@@ -24,6 +24,7 @@ void Builder::refuse_what_is_missing() {
       const std::string key = fmt::format("interface.{}/{}.", s.materials[static_cast<std::size_t>(i)].name, s.materials[static_cast<std::size_t>(j)].name);
       const bool deforms = s.coupling.scheme == scene::Coupling::Scheme::two_way &&
                            std::any_of(s.structures.begin(), s.structures.end(), [&](const StructureSpec& q) { return q.material == i || q.material == j; });
+      if (law.yield_gradient > 0 && deforms) missing(key + "contact_law.gradient", fmt::format("{:g} Pa/m", law.yield_gradient), "leave it out where a block meets a deformable structure; thickness holds there");
       if (law.rolling_resistance > 0 && deforms)
         missing(key + "rolling_resistance", fmt::format("{:g}", law.rolling_resistance), "leave it out where a block meets a deformable structure");
       else if (law.drilling_resistance > 0 && deforms)

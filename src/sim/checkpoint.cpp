@@ -82,7 +82,7 @@ class Reader {
 
 template <typename F>
 void each_ledger(coupling::Ledger& l, F&& f) {
-  f(l.friction_work); f(l.damping_work); f(l.algorithmic); f(l.contact); f(l.structure_contact_work); f(l.blocks_contact_work);
+  f(l.friction_work); f(l.damping_work); f(l.yield_work); f(l.ploughing_work); f(l.vegetation_work); f(l.algorithmic); f(l.contact); f(l.structure_contact_work); f(l.blocks_contact_work);
 }
 
 /// Every sum of the run, in one order for both directions.
@@ -93,7 +93,7 @@ void each_sum(coupling::RunSums& sums, Count&& count, Number&& number) {
                   &c.tier_e, &c.flights, &c.structure_steps, &c.condensed_steps, &sums.asleep_skipped, &sums.structure_asleep, &c.reduced})
     count(*n);
   coupling::AuditSums& a = sums.audit;
-  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone}) number(*x);
+  for (double* x : {&c.worst_residual, &c.worst_penetration, &c.last_step, &a.worst_force, &a.worst_moment, &a.work_on_blocks, &a.work_on_structure, &c.gained, &c.worst_gain, &c.undone, &c.crush_depth, &c.crush_share}) number(*x);
   for (Vec3* v : {&a.impulse_on_structure, &a.impulse_on_blocks}) number(*v);
 }
 
@@ -146,6 +146,8 @@ Checkpoint Simulation::save() const {
   for (const World::StruckPlace& place : w.struck) {
     struck(static_cast<double>(place.structure)); struck(place.zone.region.min()); struck(place.zone.region.max()); struck(place.zone.cell_size); struck(place.energy);
   }
+  if (!s.blocks.slid.empty()) c.numbers["slid"] = s.blocks.slid;
+  c.integers["crush_law"] = {w.system->sums().counters.crush_law, w.told_crushed_through ? 1 : 0};
   for (std::size_t q = 0; q < w.system->environment().structures.size(); ++q) {
     const coupling::StructurePart& part = w.system->environment().structures[q];
     if (!part.stepped()) continue;
@@ -251,6 +253,16 @@ void Simulation::restore(const Checkpoint& c) {
   each_sum(w.system->sums(), [&](long& k) { k = sum_counts.next(); }, sums);
   s.stretches = stretches;
   w.built_energy = built_energy;
+  if (const auto slid = c.numbers.find("slid"); slid != c.numbers.end()) {
+    Reader ways(slid->second);
+    s.blocks.slid.assign(n, 0.0);
+    for (double& way : s.blocks.slid) ways(way);
+  }
+  if (const auto crushed = c.integers.find("crush_law"); crushed != c.integers.end()) {
+    Counts values(crushed->second);
+    w.system->sums().counters.crush_law = static_cast<int>(values.next());
+    w.told_crushed_through = values.next() != 0;
+  }
   auto& structures = w.system->environment().structures;
   if (const auto told = c.integers.find("told_unsupported"); told != c.integers.end())
     for (const std::int64_t flag : told->second) w.told_unsupported.push_back(flag != 0 ? 1 : 0);

@@ -58,6 +58,8 @@ struct RunHeader {
 struct LedgerRow {
   double kinetic = 0, potential = 0, strain = 0, contact = 0;
   double friction_work = 0, damping_work = 0, damage_work = 0, algorithmic = 0, external_work = 0, residual = 0;
+  double yield_work = 0, ploughing_work = 0, vegetation_work = 0;   // of ground laws
+  double dissipated() const { return friction_work + damping_work + damage_work + yield_work + ploughing_work + vegetation_work + algorithmic; }
   double step_dependence = 0;   // part of `algorithmic` that is no loss: what energies of structures in explicit steps read lower by for the length of their steps
   /// What the time integration took (> 0) or made (< 0) [J].
   double by_the_scheme() const { return algorithmic - step_dependence; }
@@ -91,6 +93,7 @@ struct RunCounters {
   long asleep_skipped = 0, flight_closed_form = 0, structure_steps = 0, condensed_steps = 0, structure_asleep = 0;
   double worst_residual = 0;        // exact-Coulomb, relative
   double worst_penetration = 0;     // [m]
+  double crush_depth = 0, crush_share = 0;   // greatest depth crushed [m], and over the thickness of its layer
   double gained = 0, worst_gain = 0, undone = 0;   // energy made by steps, by the worst of them, dissipation undone [J]
   long reduced = 0;                 // impacts whose restitution was lowered so that they make no energy
   double dt = 0;                    // last step [s]

@@ -47,7 +47,9 @@ std::optional<geometry::Terrain> load_ground(const std::optional<scene::Site>& s
   o.widen = site->widen;
   o.crs = site->crs;
   o.breaklines = site->breaklines;
-  for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material});
+  for (const auto& a : site->material_areas) o.material_areas.push_back({a.polygon_file, a.raster_file, a.value, a.material, a.part, a.mesh_file});
+  o.up = site->up;
+  for (const auto& r : site->roughness) o.roughness.push_back({r.material, r.surface.amplitude, r.surface.length, r.surface.seed});
   if (site->faces.empty()) return geometry::load_terrain(site->terrain, o);
   std::vector<geometry::SlopeFace> faces;
   for (const auto& f : site->faces) faces.push_back({f.dip, f.length});

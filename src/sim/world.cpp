@@ -223,6 +223,14 @@ std::vector<RunHeader::BlockInfo> World::take_fragments() {
 std::vector<std::string> World::take_warnings() {
   constexpr double least = 0.02;   // of a structure's mass: less is cover that comes loose
   std::vector<std::string> list;
+  constexpr double through = 1 - 1e-6;
+  if (const coupling::Counters& n = system->counters(); !paper && !told_crushed_through && n.crush_share >= through) {
+    told_crushed_through = true;
+    const int materials = system->environment().laws.materials;
+    const auto name = [&](int material) { return scene.materials[static_cast<std::size_t>(material)].name; };
+    const std::string pair = n.crush_law >= 0 ? fmt::format("between {} and {} ", name(n.crush_law / materials), name(n.crush_law % materials)) : std::string();
+    list.push_back(fmt::format("the layer {}that crushes is crushed through by t = {:.4g} s: from there on the contact is as stiff as its normal_stiffness, and forces grow as if nothing were left of it; a thicker or stronger layer would take more", pair, time()));
+  }
   const bool one_way = scene.coupling.scheme == scene::Coupling::Scheme::one_way;   // nothing comes off there, whatever `fragments` says
   if (paper || (scene.coupling.fragments && !one_way)) return list;
   const auto& structures = system->environment().structures;
@@ -263,6 +271,9 @@ LedgerRow World::ledger(const Moment& moment) const {
   l.contact = moment.works.contact;
   l.friction_work = moment.works.friction_work;
   l.damping_work = moment.works.damping_work;
+  l.yield_work = moment.works.yield_work;
+  l.ploughing_work = moment.works.ploughing_work;
+  l.vegetation_work = moment.works.vegetation_work;
   l.algorithmic = moment.works.algorithmic;
   for (const coupling::StructurePart& part : system->environment().structures) {
     if (!part.stepped()) continue;
@@ -279,7 +290,7 @@ LedgerRow World::ledger(const Moment& moment) const {
     l.angular_momentum += e.angular_momentum;
   }
   const double now = l.kinetic + l.potential + l.strain + l.contact;
-  const double dissipated = l.friction_work + l.damping_work + l.damage_work + l.algorithmic;
+  const double dissipated = l.dissipated();
   l.residual = now + dissipated - energy_start - l.external_work;
   return l;
 }
@@ -358,6 +369,8 @@ RunCounters World::counters() const {
   n.asleep_skipped = system->asleep_skipped();
   n.worst_residual = c.worst_residual;
   n.worst_penetration = c.worst_penetration;
+  n.crush_depth = c.crush_depth;
+  n.crush_share = c.crush_share;
   n.gained = c.gained;
   n.worst_gain = c.worst_gain;
   n.undone = c.undone;

@@ -41,6 +41,7 @@ class World {
   std::optional<PaperScheme> paper;                  // steps instead, if method is "dda-1988"
   RunHeader header;
   std::vector<std::vector<double>> displaced;        // per structure, how far each of its nodes is at the start from where the scene has it [m]; empty: not at all
+  bool told_crushed_through = false;                 // a layer that crushes has come to its end
   std::vector<char> told_unsupported;                // per structure; empty: none
   std::vector<std::string> notes;                    // what was left out and why
   Report report;
