@@ -22,12 +22,13 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
   if (mesh.hanging.empty()) return quads;
   std::set<int> there;
   for (const SkinQuad& q : quads) there.insert(q.node.begin(), q.node.end());
-  std::map<std::pair<int, int>, int> middle;   // of the edges that smaller faces halve
+  std::map<std::pair<int, int>, int> middle;  // of the edges that smaller faces halve
   for (const HalvedNode& h : mesh.halved)
     if (h.corners.size() == 2 && there.count(h.node) > 0) middle[{h.corners[0], h.corners[1]}] = h.node;
   std::vector<SkinQuad> out;
   for (const SkinQuad& q : quads) {
-    std::vector<int> rim;   // from a middle on, so that no triangle of a fan about it has its corners on one line
+    std::vector<int>
+        rim;  // from a middle on, so that no triangle of a fan about it has its corners on one line
     std::size_t first = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const int a = q.node[k], b = q.node[(k + 1) % 4];
@@ -42,7 +43,8 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
       continue;
     }
     std::rotate(rim.begin(), rim.begin() + static_cast<std::ptrdiff_t>(first), rim.end());
-    for (std::size_t k = 1; k + 1 < rim.size(); ++k) out.push_back({{rim[0], rim[k], rim[k + 1], rim[k + 1]}, q.cell, q.face});
+    for (std::size_t k = 1; k + 1 < rim.size(); ++k)
+      out.push_back({{rim[0], rim[k], rim[k + 1], rim[k + 1]}, q.cell, q.face});
   }
   return out;
 }
