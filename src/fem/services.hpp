@@ -4,8 +4,8 @@
 #include <array>
 #include <vector>
 
-#include "fem/hex_mesh.hpp"
-#include "fem/linear_system.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
+#include "fem/linear/linear_system.hpp"
 
 namespace talus::fem {
 

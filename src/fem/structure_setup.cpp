@@ -6,17 +6,17 @@
 #include <cmath>
 
 #include "core/disjoint_sets.hpp"
-#include "fem/hanging.hpp"
-#include "fem/lattice.hpp"
-#include "fem/lowest_eigenvalue.hpp"
-#include "fem/mechanism.hpp"
+#include "fem/discretisation/hanging.hpp"
+#include "fem/discretisation/lattice.hpp"
+#include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/linear/mechanism.hpp"
 #include "fem/not_enough_memory.hpp"
-#include "fem/place_in_words.hpp"
+#include "fem/output/place_in_words.hpp"
 #include "fem/services.hpp"
 #include "fem/spec_error.hpp"
-#include "fem/static_balance.hpp"
+#include "fem/linear/static_balance.hpp"
 #include "fem/structure_fem.hpp"
-#include "fem/trilinear.hpp"
+#include "fem/discretisation/trilinear.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 

@@ -4,9 +4,9 @@
 #include <random>
 
 #include "core/error.hpp"
-#include "fem/assumed_strain.hpp"
-#include "fem/element_operator.hpp"
-#include "fem/reference.hpp"
+#include "fem/kernels/assumed_strain.hpp"
+#include "fem/kernels/element_operator.hpp"
+#include "fem/kernels/reference.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <map>
 
-#include "fem/hanging.hpp"
+#include "fem/discretisation/hanging.hpp"
 #include "fem/services.hpp"
 #include "unit/fem/fem_specs.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
-#include "fem/lattice.hpp"
+#include "fem/discretisation/lattice.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "fem/bearings.hpp"
-#include "fem/lowest_eigenvalue.hpp"
+#include "fem/bearings/bearings.hpp"
+#include "fem/linear/lowest_eigenvalue.hpp"
 #include "fem/services.hpp"
 #include "unit/fem/fem_specs.hpp"
 

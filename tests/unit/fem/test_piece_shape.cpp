@@ -5,8 +5,8 @@
 
 #include "contact/polyhedron.hpp"
 #include "core/error.hpp"
-#include "fem/hex_mesh.hpp"
-#include "fem/piece_shape.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
+#include "fem/fracture/piece_shape.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
