@@ -1,15 +1,15 @@
-#include "fem/dealii/parts.hpp"
+#include "fem/discretisation/disc.hpp"
 
 #include <deal.II/grid/grid_generator.h>
 #include <deal.II/grid/tria.h>
 
 namespace talus::fem {
 
-void disc_by_dealii(int levels, DiscMesh& mesh) {
+DiscMesh disc_mesh(int levels) {
   dealii::Triangulation<2> disc;
   dealii::GridGenerator::hyper_ball(disc, dealii::Point<2>(), 0.5);
   disc.refine_global(static_cast<unsigned>(levels));
-  mesh = {};
+  DiscMesh mesh;
   std::vector<int> number(disc.n_vertices(), -1);
   for (const auto& cell : disc.active_cell_iterators()) {
     static const unsigned around[4] = {0, 1, 3, 2};  // deal.II numbers vertices lexicographically
@@ -24,6 +24,7 @@ void disc_by_dealii(int levels, DiscMesh& mesh) {
     }
     mesh.quads.push_back(quad);
   }
+  return mesh;
 }
 
 }  // namespace talus::fem

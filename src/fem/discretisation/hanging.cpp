@@ -22,9 +22,6 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
   if (mesh.hanging.empty()) return quads;
   std::set<int> there;
   for (const SkinQuad& q : quads) there.insert(q.node.begin(), q.node.end());
-  std::map<std::pair<int, int>, int> middle;  // of the edges that smaller faces halve
-  for (const HalvedNode& h : mesh.halved)
-    if (h.corners.size() == 2 && there.count(h.node) > 0) middle[{h.corners[0], h.corners[1]}] = h.node;
   std::vector<SkinQuad> out;
   for (const SkinQuad& q : quads) {
     std::vector<int>
@@ -33,8 +30,8 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
     for (std::size_t k = 0; k < 4; ++k) {
       const int a = q.node[k], b = q.node[(k + 1) % 4];
       rim.push_back(a);
-      const auto found = middle.find({std::min(a, b), std::max(a, b)});
-      if (found == middle.end()) continue;
+      const auto found = mesh.middle.find({std::min(a, b), std::max(a, b)});
+      if (found == mesh.middle.end() || there.count(found->second) == 0) continue;
       first = rim.size();
       rim.push_back(found->second);
     }

@@ -49,7 +49,7 @@ int smaller_side(const HexMesh& mesh, int cell, int face, int other) {
 }
 }  // namespace
 
-std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int, 6>>& neighbours, const std::vector<char>& live) {
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live) {
   std::vector<SkinQuad> quads;
   const auto there = [&](int cell) { return live.empty() || live[cell]; };
   const auto add = [&](int cell, int face, int of, bool turned) {
@@ -59,7 +59,7 @@ std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int
   };
   for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
     for (int face = 0; face < 6; ++face) {
-      const int other = neighbours[cell][face];
+      const int other = mesh.across[cell][face];
       if (there(cell) && other < 0) add(cell, face, cell, false);
       if (other < 0 || there(cell) == there(other)) continue;
       const int smaller = smaller_side(mesh, cell, face, other);
@@ -120,18 +120,6 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads) {
     }
   }
   return out;
-}
-
-std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh) {
-  if (!mesh.across.empty()) return mesh.across;
-  std::vector<std::array<int, 6>> next(mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
-  const std::vector<FaceKey> faces = sorted_faces(mesh);
-  for (std::size_t i = 0; i + 1 < faces.size(); ++i)
-    if (faces[i].node == faces[i + 1].node) {
-      next[faces[i].cell][faces[i].face] = faces[i + 1].cell;
-      next[faces[i + 1].cell][faces[i + 1].face] = faces[i].cell;
-    }
-  return next;
 }
 
 Vec3 gauss_point(int q) {

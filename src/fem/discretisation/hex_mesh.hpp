@@ -1,4 +1,5 @@
-/// A mesh of eight-node hexahedra as plain arrays, and what follows from its topology alone.
+/// Eight-node hexahedra as plain arrays: the coarse cells of a triangulation, as they are generated or read, and the tables that kernels, laws, bars and
+/// contact use of its active cells (discretisation.hpp).
 ///
 /// symbol   meaning                                                         shape
 /// nodes    reference positions, world axes [m]                             n x 3
@@ -23,12 +24,6 @@ struct HangingNode {
   std::vector<std::pair<int, double>> masters;
 };
 
-/// A node that refinement has put in the middle of an edge, a face or a cell; its corners (2, 4 or 8), ascending, are of the mesh before or halved nodes themselves.
-struct HalvedNode {
-  int node = 0;
-  std::vector<int> corners;
-};
-
 struct HexMesh {
   std::vector<Vec3> nodes;
   std::vector<Vec3> local;
@@ -36,9 +31,10 @@ struct HexMesh {
   std::map<std::string, std::vector<int>> node_groups;  // sorted node numbers
   std::vector<int> component;                           // per hex: 0 unless the kind has several parts (viaduct)
   std::vector<long> number;                             // per hex, from a file: its number there, less than 0 for a quarter of a tetrahedron; else empty
-  std::vector<HangingNode> hanging;                     // of a mesh that is refined in part, ascending
-  std::vector<HalvedNode> halved;                       // of such a mesh: its new nodes, corners before what they halve
-  std::vector<std::array<int, 6>> across;               // of such a mesh: per hex and face the cell across it, -1: none; of four smaller ones the first
+  // Of active cells:
+  std::vector<HangingNode> hanging;                     // where cells of two sizes meet, ascending
+  std::map<std::pair<int, int>, int> middle;            // of edges of larger cells, ends ascending, the node between smaller ones
+  std::vector<std::array<int, 6>> across;               // per hex and face the cell across it, -1: none; of four smaller ones the first
   std::string remark;                                   // of the reader: what the file holds beside its cells
 };
 
@@ -63,11 +59,8 @@ ClosedSurface close_surface(const std::vector<SkinQuad>& quads);
 /// The six faces of a hexahedron, outward, in VTK numbering.
 extern const int hex_faces[6][4];
 
-/// For each cell and face the neighbour across it, or -1.
-std::vector<std::array<int, 6>> neighbours(const HexMesh& mesh);
-
-/// Faces that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
-std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<std::array<int, 6>>& neighbours, const std::vector<char>& live);
+/// Faces of active cells that belong to exactly one live cell, in the order of (cell, face). `live` empty: all cells.
+std::vector<SkinQuad> skin(const HexMesh& mesh, const std::vector<char>& live);
 
 /// Jacobian dx/dxi at a reference point in [-1, 1]^3; rows x, y, z, columns xi, eta, zeta.
 Mat3 jacobian(const HexMesh& mesh, int cell, const Vec3& xi);

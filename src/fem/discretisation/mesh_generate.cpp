@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include "core/memory.hpp"
+#include "fem/discretisation/disc.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/services.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_plan.hpp"
 #include "fem/discretisation/viaduct.hpp"
@@ -115,8 +115,7 @@ HexMesh round_column(const StructureSpec& spec) {
   // A disc of five blocks, refined until its cells are as small as asked, stretched to the ellipse and extruded. Its polygon has the area of
   // the circle: inscribed, the coarsest one (eight sides) would have a tenth less, and a fifth less stiffness in bending.
   const int levels = disc_levels(spec);
-  DiscMesh disc;
-  services().disc(levels, disc);
+  const DiscMesh disc = disc_mesh(levels);
   const double sector = 2 * M_PI / (4 << levels), wider = std::sqrt(sector / std::sin(sector));
   const std::vector<double> z = planes(spec, 2, {0, spec.size.z()});
   const int layer = static_cast<int>(disc.nodes.size());

@@ -7,12 +7,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "core/error.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/services.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 
@@ -28,15 +26,24 @@ StructureSpec of_coarse_mesh(const StructureSpec& spec) {
   return coarse;
 }
 
-void FemStructure::refine_mesh() {
+/// Coarse cells as the specification says, halved by the zones that end at their borders.
+void FemStructure::make_cells() {
+  HexMesh coarse = make_mesh(of_coarse_mesh(spec_));
+  check_cells(coarse, "structure." + spec_.name, spec_.file);
+  if (!spec_.file.empty()) {
+    check_faces(coarse, "structure." + spec_.name, spec_.file);
+    if (const auto pair = overlapping_cells(coarse))
+      report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
+                          spec_.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
+  }
   const bool given = refines_locally(spec_) && !spec_.refinements.empty();
-  std::vector<StructureSpec::Refinement> zones = given ? spec_.refinements : std::vector<StructureSpec::Refinement>{};
+  Zones zones = given ? spec_.refinements : Zones{};
   zones.insert(zones.end(), struck_zones_.begin(), struck_zones_.end());
-  if (zones.empty()) return;
-  const std::size_t before = mesh_.hexes.size();
-  refine_locally(mesh_, zones);
+  const std::size_t before = coarse.hexes.size();
+  discretisation_.reinit(std::move(coarse), zones);
   if (given && struck_zones_.empty() && mesh_.hexes.size() == before)
     bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()), "no cell lies in them that is larger than they ask for", "give the region in scene coordinates, about the part to refine, and cells smaller than the structure's");
+  if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
 }
 
 bool FemStructure::refinable() const {
@@ -57,21 +64,6 @@ std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::
   return finer;
 }
 
-/// For each node the same one of a mesh that this one refines, or -1.
-std::vector<int> FemStructure::nodes_in(const HexMesh& coarser) const {
-  std::vector<int> there(mesh_.nodes.size(), -1);
-  for (std::size_t n = 0; n < mesh_.nodes.size() - mesh_.halved.size(); ++n) there[n] = static_cast<int>(n);
-  std::map<std::vector<int>, int> middle;
-  for (const HalvedNode& h : coarser.halved) middle[h.corners] = h.node;
-  for (const HalvedNode& h : mesh_.halved) {
-    std::vector<int> corners;
-    for (const int n : h.corners) corners.push_back(there[static_cast<std::size_t>(n)]);
-    std::sort(corners.begin(), corners.end());
-    if (const auto same = middle.find(corners); same != middle.end()) there[static_cast<std::size_t>(h.node)] = same->second;
-  }
-  return there;
-}
-
 /// What a coarser mesh has moved by since its state at rest, u - u_rest, is a field of this mesh too, since every cell is one of that mesh or a part of one: its values at new nodes are means of
 /// their corners'. Linear momentum is that of the field in either mesh, masses being row sums; energies are not, by the assumed strains and by the sums of squares.
 void FemStructure::take_over(FemStructure& before) {
@@ -79,23 +71,10 @@ void FemStructure::take_over(FemStructure& before) {
   const double energy_before = before.mechanical_energy();
   before.synchronise(before.time_);
   before.share_motion();
-  const std::vector<int> there = nodes_in(before.mesh_);
-  for (std::size_t n = 0; n < there.size(); ++n)
-    if (const int m = there[n]; m >= 0)
-      for (std::size_t c = 0; c < 3; ++c) {
-        const std::size_t from = 4 * static_cast<std::size_t>(m) + c;
-        u_[4 * n + c] = before.u_[from] - before.rest_.u[from], v_[4 * n + c] = before.v_[from];
-      }
-  for (const HalvedNode& h : mesh_.halved) {
-    const auto n = static_cast<std::size_t>(h.node);
-    if (there[n] >= 0) continue;
-    for (AlignedVector* field : {&u_, &v_})
-      for (std::size_t c = 0; c < 3; ++c) {
-        double sum = 0;
-        for (const int m : h.corners) sum += (*field)[4 * static_cast<std::size_t>(m) + c];
-        (*field)[4 * n + c] = sum / static_cast<double>(h.corners.size());
-      }
-  }
+  AlignedVector moved_by(before.u_);
+  for (std::size_t i = 0; i < moved_by.size(); ++i) moved_by[i] -= before.rest_.u[i];
+  discretisation_.interpolate(before.discretisation_, moved_by, u_);
+  discretisation_.interpolate(before.discretisation_, before.v_, v_);
   for (std::size_t i = 0; i < u_.size(); ++i) u_[i] += rest_.u[i];
   books_ = before.books_;
   time_ = before.time_, still_ = before.still_, still_since_ = before.still_since_, blow_time_ = before.blow_time_;
@@ -149,35 +128,6 @@ void FemStructure::settle_hanging_nodes() {
     for (int n = 0; n < static_cast<int>(force.size()); ++n)
       if (force[static_cast<std::size_t>(n)] != Vec3::Zero()) load.node.push_back(n), load.force.push_back(force[static_cast<std::size_t>(n)]);
   }
-}
-
-void FemStructure::spread(AlignedVector& motion) const {
-  for (const HangingNode& h : mesh_.hanging)
-    for (std::size_t c = 0; c < 3; ++c) {
-      double sum = 0;
-      for (const auto& [master, weight] : h.masters) sum += weight * motion[4 * static_cast<std::size_t>(master) + c];
-      motion[4 * static_cast<std::size_t>(h.node) + c] = sum;
-    }
-}
-
-void FemStructure::collect(AlignedVector& force) const {
-  for (const HangingNode& h : mesh_.hanging)
-    for (std::size_t c = 0; c < 3; ++c) {
-      double& here = force[4 * static_cast<std::size_t>(h.node) + c];
-      for (const auto& [master, weight] : h.masters) force[4 * static_cast<std::size_t>(master) + c] += weight * here;
-      here = 0;
-    }
-}
-
-std::vector<NodeImpulse> FemStructure::on_masters(std::span<const NodeImpulse> impulses) const {
-  std::vector<NodeImpulse> out;
-  for (const NodeImpulse& p : impulses) {
-    const HangingNode* h = hanging_node(mesh_, p.node);
-    if (h == nullptr) out.push_back(p);
-    else
-      for (const auto& [master, weight] : h->masters) out.push_back({master, weight * p.impulse});
-  }
-  return out;
 }
 
 }  // namespace talus::fem

@@ -209,7 +209,7 @@ Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<S
   for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
   std::vector<char> only(mesh_.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  std::vector<SkinQuad> quads = skin(mesh_, neighbours_, only);
+  std::vector<SkinQuad> quads = skin(mesh_, only);
   std::vector<Vec3> reference, present;
   std::vector<double> weight;
   std::map<int, std::size_t> at;

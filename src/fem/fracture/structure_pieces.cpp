@@ -60,9 +60,9 @@ DisjointSets FemStructure::joined_cells() const {
   for (int cell = 0; cell < cells; ++cell) {
     if (!live_[cell]) continue;
     for (int face = 0; face < 6; ++face) {
-      const int other = neighbours_[cell][face];
+      const int other = mesh_.across[cell][face];
       if (other < 0 || !live_[other]) continue;
-      if (const auto& back = neighbours_[other]; other < cell && std::find(back.begin(), back.end(), cell) != back.end()) continue;   // seen from there
+      if (const auto& back = mesh_.across[other]; other < cell && std::find(back.begin(), back.end(), cell) != back.end()) continue;   // seen from there
       const bool cut = cracks && cracks->has(cell) && cracks->has(other) && cracks->tension_least(cell) > cut_damage &&
                        cracks->tension_least(other) > cut_damage && face_opening(cell, other, face) > cut_opening;
       if (!cut) sets.join(cell, other);

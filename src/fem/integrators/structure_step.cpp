@@ -19,8 +19,8 @@ struct StepSums { V4 damping{}, external{}, viscous{}, power{}, kinetic{}, inter
 }  // namespace
 
 void FemStructure::moved() {
-  spread(u_);
-  spread(v_);
+  discretisation_.distribute(u_);
+  discretisation_.distribute(v_);
   forces_valid_ = false;
   surface_stale_ = true;
   member_states_.clear();
@@ -86,8 +86,8 @@ void FemStructure::forces(double t) {
       bearings_->add_forces(u_.data(), live_, f_int_.data());
       if (first_rank()) stored_part_ += bearings_->stored();
     }
-    collect(f_int_);
-    if (!f_visc_.empty()) collect(f_visc_);
+    discretisation_.condense(f_int_);
+    if (!f_visc_.empty()) discretisation_.condense(f_visc_);
   }
   if (!forces_valid_ || t != forces_time_) external_force(t);
   forces_valid_ = true;
@@ -113,7 +113,7 @@ void FemStructure::predict(double t, double h) {
       if (visc != nullptr) out -= pushed * load4(visc + i);
       store4(&v_hat_[i], out);
     }
-  spread(v_hat_);
+  discretisation_.distribute(v_hat_);
   prediction_shared_ = !partition_;
 }
 
@@ -153,7 +153,7 @@ void FemStructure::book_step_dependence(double h, double own, double strained) {
 }
 
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
-  const std::vector<NodeImpulse> moved_on = mesh_.hanging.empty() ? std::vector<NodeImpulse>{} : on_masters(given);
+  const std::vector<NodeImpulse> moved_on = mesh_.hanging.empty() ? std::vector<NodeImpulse>{} : discretisation_.condense(given);
   const std::span<const NodeImpulse> impulses = mesh_.hanging.empty() ? given : std::span<const NodeImpulse>(moved_on);
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
@@ -168,7 +168,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
       v_hat_[i] += inverse_mass_[i] * p.impulse[c] / drag_;
     }
   }
-  spread(v_hat_);
+  discretisation_.distribute(v_hat_);
   drag_ = 1;
   watch_loads(t + h, h);   // by the forces of this step, before the displacements move on
   // This rank's part of the works, then of all.

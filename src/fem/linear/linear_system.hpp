@@ -50,7 +50,7 @@ struct HalfColumn {
   std::vector<double> value;   // of all columns on the way, in the factor's order
 };
 
-/// Cholesky factor (CHOLMOD, supernodal, METIS: the module libtalus_cholmod.so).
+/// Cholesky factor (CHOLMOD, supernodal, METIS).
 class CholeskyFactor {
  public:
   /// Factor of A + shift * diag(d). Throws NumericalFailure if that is not positive definite. `ordering`, if given, goes from one factor of a pattern to
@@ -88,6 +88,7 @@ class LinearSolver {
 
 /// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions in the near null
 /// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction. The matrix is used up.
-std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction);
+/// Of several bodies that springs alone hold together `body` numbers that of each degree of freedom; empty: one body.
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body = {});
 
 }  // namespace talus::fem

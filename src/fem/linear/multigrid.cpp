@@ -14,7 +14,7 @@
 
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
-#include "fem/dealii/parts.hpp"
+#include "fem/linear/linear_system.hpp"
 
 namespace talus::fem {
 namespace {
@@ -160,7 +160,7 @@ class Multigrid : public LinearSolver {
 
 }  // namespace
 
-std::unique_ptr<LinearSolver> multigrid_by_trilinos(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body) {
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body) {
   start_mpi();
   return std::make_unique<Multigrid>(std::move(a), position, direction, body);
 }

@@ -44,7 +44,7 @@ TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> 
 }  // namespace
 
 void FemStructure::rebuild_skin() {
-  skin_ = skin(mesh_, neighbours_, live_);
+  skin_ = skin(mesh_, live_);
   std::vector<int> vertex(mesh_.nodes.size(), -1);
   skin_node_.clear();
   for (const SkinQuad& quad : skin_)

@@ -5,7 +5,7 @@
 
 #include "fem/bearings/bearings.hpp"
 #include "fem/linear/lowest_eigenvalue.hpp"
-#include "fem/services.hpp"
+#include "fem/linear/linear_system.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -1,4 +1,4 @@
-#include "fem/kernels/reference.hpp"
+#include "unit/fem/reference.hpp"
 
 #include <deal.II/base/quadrature_lib.h>
 #include <deal.II/base/symmetric_tensor.h>
