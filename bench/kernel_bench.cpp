@@ -1,10 +1,10 @@
 // CPU time of the element kernels per element: the counter "us_per_element".
 #include <benchmark/benchmark.h>
 
-#include "fem/damage_field.hpp"
-#include "fem/material_cdpm2.hpp"
-#include "fem/material_damage.hpp"
-#include "fem/material_mc2010.hpp"
+#include "fem/materials/damage_field.hpp"
+#include "fem/materials/material_cdpm2.hpp"
+#include "fem/materials/material_damage.hpp"
+#include "fem/materials/material_mc2010.hpp"
 #include "fem/structure_fem.hpp"
 
 using namespace talus;

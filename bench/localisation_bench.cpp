@@ -12,9 +12,9 @@
 #include <string>
 #include <vector>
 
-#include "fem/damage_field.hpp"
-#include "fem/element_operator.hpp"
-#include "fem/material_mc2010.hpp"
+#include "fem/materials/damage_field.hpp"
+#include "fem/kernels/element_operator.hpp"
+#include "fem/materials/material_mc2010.hpp"
 
 namespace {
 using namespace talus;

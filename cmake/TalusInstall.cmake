@@ -2,7 +2,7 @@
 set(CMAKE_SKIP_INSTALL_ALL_DEPENDENCY ON)   # tests and benchmarks are not built for it
 include(GNUInstallDirs)
 install(TARGETS talus RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-foreach(module talus_fem talus_cholmod talus_dealii talus_mpi talus_raster)
+foreach(module talus_fem talus_mpi talus_raster)
   if(TARGET ${module})
     install(TARGETS ${module} LIBRARY DESTINATION lib/talus)
   endif()

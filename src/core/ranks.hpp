@@ -1,5 +1,5 @@
 /// Processes that share the work of one run (MPI). Every rank runs the same program on the same scene and takes the same decisions; a
-/// structure divides its cells among them (fem/partition.hpp), all else is computed by each of them, and rank 0 alone writes.
+/// structure divides its cells among them (fem/discretisation/partition.hpp), all else is computed by each of them, and rank 0 alone writes.
 #pragma once
 #include <atomic>
 #include <span>

@@ -2,7 +2,7 @@
 #pragma once
 #include <vector>
 
-#include "fem/hex_mesh.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
 
 namespace talus::fem {
 

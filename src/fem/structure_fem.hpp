@@ -30,16 +30,16 @@
 #include "contact/refinable.hpp"
 #include "contact/structure.hpp"
 #include "core/disjoint_sets.hpp"
-#include "fem/aligned.hpp"
-#include "fem/bars.hpp"
-#include "fem/bearings.hpp"
-#include "fem/damage_field.hpp"
-#include "fem/element_operator.hpp"
-#include "fem/hex_mesh.hpp"
-#include "fem/linear_system.hpp"
-#include "fem/load_track.hpp"
-#include "fem/members.hpp"
-#include "fem/partition.hpp"
+#include "fem/kernels/aligned.hpp"
+#include "fem/rebar/bars.hpp"
+#include "fem/bearings/bearings.hpp"
+#include "fem/materials/damage_field.hpp"
+#include "fem/kernels/element_operator.hpp"
+#include "fem/discretisation/discretisation.hpp"
+#include "fem/linear/linear_system.hpp"
+#include "fem/members/load_track.hpp"
+#include "fem/members/members.hpp"
+#include "fem/discretisation/partition.hpp"
 #include "fem/setup.hpp"
 
 namespace talus::fem {
@@ -160,14 +160,10 @@ class FemStructure : public Structure, public RefinableStructure {
   double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
   void moved();                      // the state changed: caches are stale
   // structure_hanging.cpp: of a mesh that is refined in part; else they do nothing
-  void refine_mesh();                // by the zones that are to end at their borders
-  std::vector<int> nodes_in(const HexMesh& coarser) const;
+  void make_cells();
   void take_over(FemStructure& before);
   void keep_rest();                  // if cells may be halved later
   void settle_hanging_nodes();       // their masses, supports and loads go to the nodes that they follow
-  void spread(AlignedVector& motion) const;    // what moves with others: u(hanging) = sum weight u(master)
-  void collect(AlignedVector& force) const;    // f(master) += weight f(hanging), which becomes zero: the transpose, so that the power is the same
-  std::vector<NodeImpulse> on_masters(std::span<const NodeImpulse> impulses) const;
   double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
   Vec3 position(int n) const { return mesh_.nodes[n] + Vec3(u_[4 * n], u_[4 * n + 1], u_[4 * n + 2]); }
   Vec3 velocity(int n) const { return {v_[4 * n], v_[4 * n + 1], v_[4 * n + 2]}; }
@@ -276,7 +272,8 @@ class FemStructure : public Structure, public RefinableStructure {
   Zones struck_zones_;
   Vec3 gravity_;
   Report report_;
-  HexMesh mesh_;
+  Discretisation discretisation_;
+  const HexMesh& mesh_ = discretisation_.mesh();
   Supports supports_;
   std::vector<PatchLoad> loads_;
   std::vector<ProbePoint> probes_;
@@ -290,7 +287,6 @@ class FemStructure : public Structure, public RefinableStructure {
   std::vector<double> cell_mass_;
   std::vector<double> built_mass_;         // of the nodes, as built
   std::vector<int> cells_at_node_;
-  std::vector<std::array<int, 6>> neighbours_;
   double wave_speed_ = 0;
   std::optional<material::Concrete> concrete_;
   std::vector<int> candidates_;

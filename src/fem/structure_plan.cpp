@@ -6,10 +6,10 @@
 #include <cmath>
 
 #include "core/memory.hpp"
-#include "fem/damage_field.hpp"
-#include "fem/hex_mesh.hpp"
-#include "fem/lattice.hpp"
-#include "fem/material_mc2010.hpp"
+#include "fem/materials/damage_field.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
+#include "fem/discretisation/lattice.hpp"
+#include "fem/materials/material_mc2010.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/structure_fem.hpp"
 

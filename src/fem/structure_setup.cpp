@@ -6,17 +6,16 @@
 #include <cmath>
 
 #include "core/disjoint_sets.hpp"
-#include "fem/hanging.hpp"
-#include "fem/lattice.hpp"
-#include "fem/lowest_eigenvalue.hpp"
-#include "fem/mechanism.hpp"
+#include "fem/discretisation/hanging.hpp"
+#include "fem/discretisation/lattice.hpp"
+#include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/linear/mechanism.hpp"
 #include "fem/not_enough_memory.hpp"
-#include "fem/place_in_words.hpp"
-#include "fem/services.hpp"
+#include "fem/output/place_in_words.hpp"
 #include "fem/spec_error.hpp"
-#include "fem/static_balance.hpp"
+#include "fem/linear/static_balance.hpp"
 #include "fem/structure_fem.hpp"
-#include "fem/trilinear.hpp"
+#include "fem/discretisation/trilinear.hpp"
 
 extern "C" void openblas_set_num_threads(int) __attribute__((weak));
 
@@ -91,21 +90,12 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     bad(spec_, "critical_step_fraction", fmt::format("{:g}", spec_.critical_step_fraction), "must lie in (0, 1]", "take 0.9");
   shear_ = spec_.young / (2 * (1 + spec_.poisson));
   bulk_ = spec_.young / (3 * (1 - 2 * spec_.poisson));
-  mesh_ = make_mesh(of_coarse_mesh(spec_));
-  check_cells(mesh_, "structure." + spec_.name, spec_.file);
-  if (!spec_.file.empty()) {
-    check_faces(mesh_, "structure." + spec_.name, spec_.file);
-    if (const auto pair = overlapping_cells(mesh_))
-      report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
-                          spec_.file, cell_name(mesh_, pair->first), cell_name(mesh_, pair->second)));
-  }
-  refine_mesh();
+  make_cells();
   live_.assign(mesh_.hexes.size(), 1);
   supports_ = find_supports(spec_, mesh_);
   if (before != nullptr) supports_.centroid = before->supports_.centroid;   // moments go on about one point
   finite_ = supports_.nodes.empty() || spec_.damage != "none" || spec_.kind == "viaduct";
   wave_speed_ = std::sqrt((bulk_ + 4.0 / 3 * shear_) / spec_.density);
-  neighbours_ = neighbours(mesh_);
   rebuild_skin();
   loads_ = find_loads(spec_, mesh_, skin_);
   probes_ = find_probes(spec_, mesh_);
@@ -227,9 +217,9 @@ void FemStructure::find_critical_step() {
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     std::fill(y.begin(), y.end(), 0.0);
-    spread(x);
+    discretisation_.distribute(x);
     add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, x, y);
-    collect(y);
+    discretisation_.condense(y);
     const double a = of(y).dot(of(x));   // x is zero where it is held
     of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
     diagonal.push_back(a);
@@ -311,9 +301,9 @@ double FemStructure::first_frequency() {
     const auto stiffness = [&](const VecX& from, VecX& to) {
       std::fill(f.begin(), f.end(), 0.0);
       scatter(dofs_, from, u);
-      spread(u);
+      discretisation_.distribute(u);
       add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, u, f);
-      collect(f);
+      discretisation_.condense(f);
       gather(dofs_, f, to);
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
@@ -352,7 +342,7 @@ void FemStructure::preload() {
   double pressed = 0;
   if (gravity_.isZero(0) && bars_) {
     bars_->add_forces(u_.data(), 0, live_, f_int_.data());
-    collect(f_int_);
+    discretisation_.condense(f_int_);
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) b[d] -= f_int_[4 * i + c], pressed += f_int_[4 * i + c] * f_int_[4 * i + c];
@@ -372,13 +362,13 @@ void FemStructure::preload() {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[i][c]; d >= 0) u_[4 * i + c] += x[d];
-    spread(u_);
+    discretisation_.distribute(u_);
     if (once) break;
     std::fill(f_int_.begin(), f_int_.end(), 0.0);
     operator_->add_internal_force(u_.data(), f_int_.data(), finite_, false);
     if (bars_) bars_->add_forces(u_.data(), 0, live_, f_int_.data());
     if (bearings_) bearings_->add_forces(u_.data(), live_, f_int_.data()), bearings_->accept();
-    collect(f_int_);
+    discretisation_.condense(f_int_);
     last = residual, residual = 0, scale = pressed;
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)

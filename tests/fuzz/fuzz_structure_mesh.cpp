@@ -1,5 +1,5 @@
 // A hexahedral mesh: Gmsh .msh and Abaqus .inp. Cells and groups name nodes that exist.
-#include "fem/hex_mesh.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
 #include "fuzz_input.hpp"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "fem/rebar_geometry.hpp"
+#include "fem/rebar/rebar_geometry.hpp"
 #include "fuzz_input.hpp"
 #include "scene/scene.hpp"
 

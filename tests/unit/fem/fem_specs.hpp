@@ -10,6 +10,9 @@ namespace talus::fem::test {
 
 inline const Report silent = [](const std::string&) {};
 
+/// The cells of a structure that nothing halves, with their neighbours.
+inline HexMesh active_cells(const StructureSpec& spec) { return Discretisation(make_mesh(spec)).mesh(); }
+
 /// Verification pier: 12 x 1.5 x 1.5 m, E 33.55 GPa, nu 0.2, 2450 kg/m^3.
 inline StructureSpec cantilever(int across, int along) {
   StructureSpec s;

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "fem/bar_anchorage.hpp"
-#include "fem/members.hpp"
+#include "fem/rebar/bar_anchorage.hpp"
+#include "fem/members/members.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.hpp"
-#include "fem/bearings.hpp"
+#include "fem/bearings/bearings.hpp"
 #include "fem_specs.hpp"
 
 namespace talus::fem {

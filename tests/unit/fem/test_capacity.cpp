@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "fem/material_mc2010.hpp"
+#include "fem/materials/material_mc2010.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -3,8 +3,8 @@
 #include <random>
 
 #include "core/processor.hpp"
-#include "fem/aligned.hpp"
-#include "fem/law_points.hpp"
+#include "fem/kernels/aligned.hpp"
+#include "fem/kernels/law_points.hpp"
 
 namespace talus::fem {
 namespace {

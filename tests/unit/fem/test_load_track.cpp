@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "fem/load_track.hpp"
-#include "fem/running_mean.hpp"
+#include "fem/members/load_track.hpp"
+#include "fem/members/running_mean.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

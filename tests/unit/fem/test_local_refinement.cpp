@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <map>
 
-#include "fem/hanging.hpp"
-#include "fem/services.hpp"
+#include "fem/discretisation/discretisation.hpp"
+#include "fem/discretisation/hanging.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -26,8 +26,8 @@ HexMesh refined_box() {
   Box3 corner;
   corner.extend(mesh.nodes[0]);
   corner.min().array() -= 0.45, corner.max().array() += 0.45;
-  refine_locally(mesh, {{corner, 0.11}});
-  return mesh;
+  const std::vector<StructureSpec::Refinement> zones{{corner, 0.11}};
+  return Discretisation(std::move(mesh), zones).mesh();
 }
 
 StructureSpec locally(StructureSpec s, const Box3& region, double cell_size) {
@@ -78,7 +78,7 @@ TEST(LocalRefinement, PassesThePatchTest) {
   for (std::size_t n = 0; n < mesh.nodes.size(); ++n)
     if (!hangs[n])
       for (int& d : dofs.number[n]) d = dofs.size++;
-  for (const SkinQuad& q : skin(mesh, neighbours(mesh), {}))
+  for (const SkinQuad& q : skin(mesh, {}))
     for (const int n : q.node) outside[static_cast<std::size_t>(n)] = 1;
   for (const HangingNode& h : mesh.hanging)
     if (outside[static_cast<std::size_t>(h.node)])
@@ -211,7 +211,6 @@ TEST(LocalRefinement, MotionGoesOnWhereCellsAreHalved) {
 /// Whatever cells are gone, what is left is bounded: the vectors of area of its faces add up to zero and their moments to its volume, and cut at the middles of their edges any two faces meet in whole edges.
 TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
   const HexMesh mesh = refined_box();
-  const std::vector<std::array<int, 6>> next = neighbours(mesh);
   const std::vector<double> volumes = cell_volumes(mesh);
   std::uint64_t seed = 12345;
   for (int run = 0; run < 20; ++run) {
@@ -222,7 +221,7 @@ TEST(LocalRefinement, WhatIsLeftHasAClosedSurface) {
       live[c] = run == 0 || seed % 4 != 0;
       volume += live[c] ? volumes[c] : 0;
     }
-    const std::vector<SkinQuad> quads = cut_at_middles(mesh, skin(mesh, next, live));
+    const std::vector<SkinQuad> quads = cut_at_middles(mesh, skin(mesh, live));
     const ClosedSurface surface = close_surface(quads);
     std::map<std::pair<int, int>, int> edges;
     double enclosed = 0, area = 0;

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "core/error.hpp"
-#include "fem/members.hpp"
+#include "fem/members/members.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

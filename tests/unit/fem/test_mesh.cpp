@@ -10,7 +10,7 @@
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
-#include "fem/lattice.hpp"
+#include "fem/discretisation/lattice.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -260,7 +260,7 @@ TEST(ClosedSurface, PartThatTouchesItselfAlongAnEdgeIsClosedEverywhere) {
   s.kind = "box";
   s.size = Vec3(2, 2, 2);
   s.cells = {2, 2, 2};
-  const HexMesh mesh = make_mesh(s);
+  const HexMesh mesh = test::active_cells(s);
   // Two cells below that meet along the middle edge alone, all four above: six cells in one piece.
   std::vector<char> live(8, 0);
   for (int cell = 0; cell < 8; ++cell) {
@@ -268,7 +268,7 @@ TEST(ClosedSurface, PartThatTouchesItselfAlongAnEdgeIsClosedEverywhere) {
     for (int n : mesh.hexes[cell]) centre += mesh.nodes[n] / 8;
     live[cell] = centre.z() > 0 || centre.x() * centre.y() > 0;
   }
-  const std::vector<SkinQuad> quads = skin(mesh, neighbours(mesh), live);
+  const std::vector<SkinQuad> quads = skin(mesh, live);
   const ClosedSurface surface = close_surface(quads);
   std::map<std::pair<int, int>, int> runs;  // how often each edge is run through, by direction
   for (const auto& q : surface.quad)

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "fem/modal.hpp"
+#include "fem/linear/modal.hpp"
 
 using namespace talus;
 using namespace talus::fem;

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "fem/bearings.hpp"
-#include "fem/lowest_eigenvalue.hpp"
-#include "fem/services.hpp"
+#include "fem/bearings/bearings.hpp"
+#include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/linear/linear_system.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -5,8 +5,8 @@
 
 #include "contact/polyhedron.hpp"
 #include "core/error.hpp"
-#include "fem/hex_mesh.hpp"
-#include "fem/piece_shape.hpp"
+#include "fem/discretisation/hex_mesh.hpp"
+#include "fem/fracture/piece_shape.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;
@@ -27,14 +27,14 @@ Shape box_without(Leaves&& leaves) {
   s.kind = "box";
   s.size = Vec3(4, 3, 2);
   s.cells = {8, 6, 4};
-  const HexMesh mesh = make_mesh(s);
+  const HexMesh mesh = test::active_cells(s);
   std::vector<char> live(mesh.hexes.size(), 1);
   for (std::size_t c = 0; c < live.size(); ++c) {
     Vec3 centre = Vec3::Zero();
     for (const int n : mesh.hexes[c]) centre += mesh.nodes[n] / 8;
     live[c] = leaves(centre) ? 0 : 1;
   }
-  const ClosedSurface surface = close_surface(skin(mesh, neighbours(mesh), live));
+  const ClosedSurface surface = close_surface(skin(mesh, live));
   Shape shape;
   for (const int n : surface.node) shape.vertices.push_back(mesh.nodes[n]);
   for (const auto& q : surface.quad) {
@@ -107,14 +107,14 @@ TEST(PieceShape, SheetsThatMeetAlongAnEdgeAndAreOneAtItsEndsArePart) {
   s.kind = "box";
   s.size = Vec3(2, 2, 3);
   s.cells = {2, 2, 3};
-  const HexMesh mesh = make_mesh(s);
+  const HexMesh mesh = test::active_cells(s);
   std::vector<char> live(mesh.hexes.size(), 1);
   for (std::size_t c = 0; c < live.size(); ++c) {
     Vec3 centre = Vec3::Zero();
     for (const int n : mesh.hexes[c]) centre += mesh.nodes[n] / 8;
     live[c] = std::abs(centre.z() - mesh.nodes[mesh.hexes[0][0]].z() - 1.5) > 0.6 || centre.x() * centre.y() > 0;
   }
-  const std::vector<SkinQuad> quads = skin(mesh, neighbours(mesh), live);
+  const std::vector<SkinQuad> quads = skin(mesh, live);
   const ClosedSurface surface = close_surface(quads);
   Shape piece;
   std::vector<int> cell;

@@ -3,8 +3,8 @@
 
 #include <random>
 
-#include "fem/bars.hpp"
-#include "fem/element_operator.hpp"
+#include "fem/rebar/bars.hpp"
+#include "fem/kernels/element_operator.hpp"
 #include "unit/fem/fem_specs.hpp"
 
 using namespace talus;

@@ -2,7 +2,7 @@
 #pragma once
 #include <cmath>
 
-#include "fem/material_damage.hpp"
+#include "fem/materials/material_damage.hpp"
 
 namespace talus::material::test {
 

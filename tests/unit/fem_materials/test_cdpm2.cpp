@@ -6,7 +6,7 @@
 
 #include "core/error.hpp"
 #include "drive.hpp"
-#include "fem/material_cdpm2.hpp"
+#include "fem/materials/material_cdpm2.hpp"
 
 namespace talus::material {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "drive.hpp"
-#include "fem/material_damage.hpp"
+#include "fem/materials/material_damage.hpp"
 
 namespace talus::material {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "core/types.hpp"
 #include "drive.hpp"
-#include "fem/material_eigen.hpp"
+#include "fem/materials/material_eigen.hpp"
 
 namespace talus::material {
 namespace {

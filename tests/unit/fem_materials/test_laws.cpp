@@ -6,9 +6,9 @@
 
 #include "core/error.hpp"
 #include "drive.hpp"
-#include "fem/material_cdpm2.hpp"
-#include "fem/material_damage.hpp"
-#include "fem/material_elastic.hpp"
+#include "fem/materials/material_cdpm2.hpp"
+#include "fem/materials/material_damage.hpp"
+#include "fem/materials/material_elastic.hpp"
 
 namespace talus::material {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "fem/material_mc2010.hpp"
+#include "fem/materials/material_mc2010.hpp"
 
 namespace talus::material {
 namespace {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "core/error.hpp"
-#include "fem/rebar_embed.hpp"
-#include "fem/rebar_geometry.hpp"
+#include "fem/rebar/rebar_embed.hpp"
+#include "fem/rebar/rebar_geometry.hpp"
 
 namespace talus::rebar {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "drive.hpp"
-#include "fem/rebar_section.hpp"
+#include "fem/rebar/rebar_section.hpp"
 
 namespace talus::rebar {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "core/error.hpp"
-#include "fem/material_steel.hpp"
+#include "fem/materials/material_steel.hpp"
 
 namespace talus::material {
 namespace {

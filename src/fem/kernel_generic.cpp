@@ -1,9 +1,0 @@
-#define TALUS_W 4
-#include "fem/kernel_body.inc"
-
-const Kernels& kernels_generic() {
-  static const Kernels set{W, "generic", internal_force, bulk_viscosity};
-  return set;
-}
-
-}  // namespace talus::fem

@@ -1,0 +1,8 @@
+#include "fem/materials/material_simd8.hpp"
+#include "fem/kernels/law_points_body.inc"
+
+namespace talus::fem {
+
+const LawPoints& law_points_avx512() { return all_of<material::V8>; }
+
+}  // namespace talus::fem

@@ -1,0 +1,36 @@
+#include "fem/output/place_in_words.hpp"
+
+#include <fmt/format.h>
+
+#include <limits>
+
+#include "fem/members/members.hpp"
+#include "fem/discretisation/viaduct.hpp"
+
+namespace talus::fem {
+namespace {
+
+std::string part_of(const StructureSpec& spec, int component, const Vec3& at) {
+  const ViaductPlan plan = viaduct_plan(spec);
+  const auto part = static_cast<std::size_t>(component);
+  if (part < plan.parts.size() && plan.parts[part].deck >= 0) return fmt::format("deck of span {} ", plan.parts[part].deck + 1);
+  const Pier* nearest = nullptr;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Pier& pier : plan.piers) {
+    const Vec3 axis = pier.axis(), from = at - pier.shape.base;
+    if (const double aside = (from - axis.dot(from) * axis).norm(); aside < least) least = aside, nearest = &pier;
+  }
+  if (nearest == nullptr) return "";
+  return (nearest->axis().dot(at - nearest->shape.base) > nearest->clear ? "cap beam over " : "pier ") + nearest->name + " ";
+}
+
+}  // namespace
+
+std::string place_in_words(const StructureSpec& spec, const HexMesh& mesh, int cell) {
+  Vec3 at = Vec3::Zero();
+  for (const int node : mesh.hexes[static_cast<std::size_t>(cell)]) at += mesh.nodes[static_cast<std::size_t>(node)] / 8;
+  const bool parts = spec.kind == "viaduct" && static_cast<std::size_t>(cell) < mesh.component.size();
+  return fmt::format("{}at ({:.3g}, {:.3g}, {:.3g})", parts ? part_of(spec, mesh.component[static_cast<std::size_t>(cell)], at) : "", at.x(), at.y(), at.z());
+}
+
+}  // namespace talus::fem

@@ -1,0 +1,412 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/assert.hpp"
+#include "core/error.hpp"
+#include "fem/discretisation/hanging.hpp"
+#include "fem/structure_fem.hpp"
+
+namespace talus::fem {
+
+namespace {
+
+/// Of these nodes those that a cell holds or that have mass.
+std::vector<NodeRange> living(const std::vector<NodeRange>& nodes, const std::vector<int>& cells_at_node, const std::vector<double>& mass) {
+  std::vector<char> lives(mass.size(), 0);
+  for (const auto& [first, last] : nodes)
+    for (int n = first; n < last; ++n) lives[n] = cells_at_node[n] > 0 || mass[n] > 0;
+  return ranges_of(lives);
+}
+
+/// The mean of nodes of the skin in terms of the nodes that they follow, with equal weights if none hangs.
+TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> nodes) {
+  TriangleSurface::NodeWeights out;
+  const auto add = [&](int node, double weight) {
+    int k = 0;
+    while (k < out.count && out.node[static_cast<std::size_t>(k)] != node) ++k;
+    if (k == 4) throw NumericalFailure("a face of a structure hangs on more than four nodes");
+    if (k == out.count) out.node[static_cast<std::size_t>(k)] = node, out.weight[static_cast<std::size_t>(k)] = 0, ++out.count;
+    out.weight[static_cast<std::size_t>(k)] += weight;
+  };
+  for (const int node : nodes) {
+    const double share = 1.0 / static_cast<double>(nodes.size());
+    const HangingNode* h = hanging_node(mesh, node);
+    if (h == nullptr) add(node, share);
+    else
+      for (const auto& [master, weight] : h->masters) add(master, share * weight);
+  }
+  return out;
+}
+
+}  // namespace
+
+void FemStructure::rebuild_skin() {
+  skin_ = skin(mesh_, live_);
+  std::vector<int> vertex(mesh_.nodes.size(), -1);
+  skin_node_.clear();
+  for (const SkinQuad& quad : skin_)
+    for (int n : quad.node)
+      if (vertex[n] < 0) vertex[n] = 0;
+  for (std::size_t n = 0; n < vertex.size(); ++n)
+    if (vertex[n] == 0) vertex[n] = static_cast<int>(skin_node_.size()), skin_node_.push_back(static_cast<int>(n));
+  TriangleSurface& s = surface_;
+  const int nodes = static_cast<int>(skin_node_.size());
+  s.vertices.assign(nodes + skin_.size(), Vec3::Zero());
+  s.velocities.assign(nodes + skin_.size(), Vec3::Zero());
+  s.nodes.assign(nodes + skin_.size(), {});
+  s.triangles.clear();
+  s.parent_face.clear();
+  s.default_material = spec_.material;
+  for (int i = 0; i < nodes; ++i) s.nodes[i] = followed(mesh_, std::span(&skin_node_[i], 1));
+  for (int q = 0; q < static_cast<int>(skin_.size()); ++q) {
+    s.nodes[nodes + q] = followed(mesh_, skin_[q].node);
+    for (int k = 0; k < 4; ++k) {
+      s.triangles.push_back({vertex[skin_[q].node[k]], vertex[skin_[q].node[(k + 1) % 4]], nodes + q});
+      s.parent_face.push_back(q);
+    }
+  }
+  ++s.revision;
+  surface_stale_ = true;
+  if (partition_) watch();
+  if (cells_at_node_.empty()) return;   // not built yet
+  // What has no cell and no mass any more is passed over: of a broken viaduct nine nodes in ten.
+  own_ = living(partition_ ? partition_->own_nodes() : std::vector<NodeRange>{{0, static_cast<int>(mass_.size())}}, cells_at_node_, mass_);
+  std::vector<char> touched(mesh_.nodes.size(), partition_ ? 0 : 1);
+  if (partition_) {
+    operator_->mark_nodes(touched);
+    if (bars_) bars_->mark_nodes(touched);
+    if (bearings_)
+      for (int node : bearings_->nodes()) touched[node] = 1;
+  }
+  touched_ = living(ranges_of(touched), cells_at_node_, mass_);
+  if (bars_) bars_->cells_changed();
+  for (AlignedVector* f : {&f_int_, &f_visc_}) std::fill(f->begin(), f->end(), 0.0);   // nobody clears them there from now on
+}
+
+const TriangleSurface& FemStructure::surface() const {
+  if (surface_stale_) {
+    share_skin();
+    // The nodes of the skin come first, then the middle of every face, four triangles around each (rebuild_skin()).
+    const std::size_t nodes = skin_node_.size();
+    for (std::size_t i = 0; i < nodes; ++i) surface_.vertices[i] = position(skin_node_[i]), surface_.velocities[i] = velocity(skin_node_[i]);
+    const auto middle = [&](std::vector<Vec3>& of, std::size_t q) {
+      const auto corner = [&](std::size_t k) -> const Vec3& { return of[static_cast<std::size_t>(surface_.triangles[4 * q + k][0])]; };
+      of[nodes + q] = 0.25 * ((corner(0) + corner(1)) + (corner(2) + corner(3)));
+    };
+    for (std::size_t q = 0; q < skin_.size(); ++q) middle(surface_.vertices, q), middle(surface_.velocities, q);
+    surface_stale_ = false;
+  }
+  return surface_;
+}
+
+double FemStructure::node_mass(int node) const {
+  const auto& held = supports_.held[node];
+  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : drag_ * mass_[node];
+}
+
+Vec3 FemStructure::node_position(int node) const {
+  share_skin();
+  return position(node);
+}
+Vec3 FemStructure::node_velocity(int node) const {
+  share_skin();
+  return velocity(node);
+}
+Vec3 FemStructure::predicted_velocity(int node) const {
+  share_prediction();
+  return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]};
+}
+std::array<bool, 3> FemStructure::node_held(int node) const { return supports_.held[node]; }
+
+StructureEnergy FemStructure::energy() const {
+  double kinetic = 0, potential = 0, stored = 0;
+  Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
+  for (const auto& [first, last] : own_)
+    for (int i = first; i < last; ++i) {
+      const Vec3 v = velocity(i);
+      const Vec3 x = position(i) - 0.5 * h_last_ * v;  // at the half step, where the velocities live
+      kinetic += 0.5 * mass_[i] * v.squaredNorm();
+      potential -= mass_[i] * gravity_.dot(x);
+      linear += mass_[i] * v;
+      angular += mass_[i] * x.cross(v);
+    }
+  if (h_last_ == 0) {
+    const_cast<FemStructure*>(this)->forces(time_);
+    stored = stored_part_;
+  }
+  std::array<double, 9> all{kinetic, potential, stored, linear[0], linear[1], linear[2], angular[0], angular[1], angular[2]};
+  sum(all);
+  StructureEnergy e = books_;
+  if (h_last_ == 0 && !laws_taken_) {   // what the laws took in a condensed step is accepted by the next one
+    e.damage_work += damage_ ? damage_->dissipation() : 0.0;
+    e.plastic_work += (bars_ ? bars_->dissipation() : 0.0) + (bearings_ ? bearings_->dissipation() : 0.0);
+  }
+  e.kinetic = all[0];
+  e.gravity_potential = all[1] + dust_potential_;
+  e.elastic = h_last_ == 0 ? all[2] : stored_half_;
+  e.linear_momentum = Vec3(&all[3]) + dust_momentum_;
+  e.angular_momentum = Vec3(&all[6]) + dust_spin_;
+  return e;
+}
+
+namespace {
+/// What the structure presses on its support at a held degree of freedom.
+Vec3 on_support(const AlignedVector& external, const AlignedVector& internal, const AlignedVector& impulse, double step, int node,
+                const std::array<bool, 3>& held) {
+  Vec3 f = Vec3::Zero();
+  for (int c = 0; c < 3; ++c)
+    if (held[c]) {
+      const std::size_t i = 4 * static_cast<std::size_t>(node) + c;
+      f[c] = external[i] - internal[i] + (step > 0 ? impulse[i] / step : 0.0);
+    }
+  return f;
+}
+}  // namespace
+
+Vec6 FemStructure::support_reaction(double step) const {
+  Vec6 total = Vec6::Zero();
+  for (int n : supports_.nodes) {
+    if (!own_node(n)) continue;
+    const Vec3 f = on_support(f_ext_, f_int_, contact_impulse_, step, n, supports_.held[n]);
+    total.head<3>() += f;
+    total.tail<3>() += (position(n) - supports_.centroid).cross(f);
+  }
+  sum({total.data(), 6});
+  return total;
+}
+
+std::vector<double> FemStructure::foot_reactions(double step) const {
+  std::vector<double> all(6 + 3 * foot_centroid_.size(), 0.0);
+  for (std::size_t i = 0; i < supports_.nodes.size(); ++i) {
+    const int n = supports_.nodes[i];
+    if (!own_node(n)) continue;
+    const auto foot = static_cast<std::size_t>(foot_of_[i]);
+    const Vec3 f = on_support(f_ext_, f_int_, contact_impulse_, step, n, supports_.held[n]);
+    const Vec3 total = (position(n) - supports_.centroid).cross(f), own = (position(n) - foot_centroid_[foot]).cross(f);
+    for (int c = 0; c < 3; ++c) all[static_cast<std::size_t>(c)] += f[c], all[static_cast<std::size_t>(3 + c)] += total[c], all[6 + 3 * foot + static_cast<std::size_t>(c)] += own[c];
+  }
+  sum(all);
+  return all;
+}
+
+Vec3 FemStructure::base_force() const {
+  const_cast<FemStructure*>(this)->forces(time_);
+  return support_reaction(contact_step_).head<3>();
+}
+
+Vec3 FemStructure::base_moment() const {
+  const_cast<FemStructure*>(this)->forces(time_);
+  return support_reaction(contact_step_).tail<3>();
+}
+
+std::vector<Vec3> FemStructure::probe_displacements() const {
+  share_skin();
+  std::vector<Vec3> result;
+  for (const ProbePoint& p : probes_) {
+    Vec3 u = Vec3::Zero();
+    for (int a = 0; a < 8; ++a)
+      for (int c = 0; c < 3; ++c) u[c] += p.weight[a] * u_[4 * p.node[a] + c];
+    result.push_back(u);
+  }
+  return result;
+}
+
+double FemStructure::damage_max() const { return damage_ ? (eroded_volume_ > 0 ? 1.0 : largest(damage_->largest())) : 0; }
+double FemStructure::damaged_volume() const {
+  double volume = 0;
+  if (damage_)
+    for (int cell : damage_->cells())
+      if (own_cell(cell) && std::max(damage_->tension(cell), damage_->compression(cell)) > 0.5) volume += cell_mass_[cell] / spec_.density;
+  sum({&volume, 1});
+  return volume + eroded_volume_;
+}
+long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
+
+/// Steps longer than the explicit ones, and what of the choice of the integrator cannot be.
+std::string FemStructure::plan_of_steps() const {
+  if (spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system)
+    return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
+                       spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor");
+  std::string text = fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
+                                 bearings_ ? "; explicit sub-steps wherever bearings slide" : "");
+  if (spec_.integrator == "modal" && !rings_in_modes())
+    text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n", spec_.name,
+                        bearings_ ? "bearings" : bars_ ? "bars" : spec_.damage != "none" ? "damage" : "parts that turn");
+  return text;
+}
+
+std::string FemStructure::plan() const {
+  std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
+                                 kernels().name, kernels().width);
+  if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
+  text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
+                      finite_ ? "total Lagrangian, any rotation" : "small strains and rotations");
+  if (const double fine = impact_refinement(spec_).cell_size; fine > 0)
+    text += fmt::format("{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has cracked\n", spec_.name, fine);
+  text += plan_of_steps();
+  text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
+  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
+                                   spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off", spec_.aggregate > 0 ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate) : "");
+  text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume(),
+                              bars_->slips() ? "bond slip by the Model Code" : "perfect bond")
+                : fmt::format("{}: no reinforcement\n", spec_.name);
+  if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
+  if (partition_) {
+    const std::vector<long> cells = partition_->cells_per_rank();
+    text += fmt::format("{}: divided over {} ranks, {} to {} cells each, {:.2g} % of them computed more than once\n", spec_.name, partition_->size(),
+                        *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()), 100 * partition_->repeated_share());
+  }
+  if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
+  else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
+  return text;
+}
+
+void FemStructure::save(std::vector<double>& state) const {
+  share_motion();
+  share_bars();
+  state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, steps_taken_,
+                             books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
+                             books_.external_work, books_.contact_work, books_.algorithmic, books_.step_dependence});
+  const std::size_t motion = state.size();
+  state.resize(motion + 9 * mass_.size());
+  double* to = state.data() + motion;
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      *to++ = u_[4 * i + c];
+      *to++ = v_[4 * i + c];
+      *to++ = contact_impulse_[4 * i + c];
+    }
+  save_linear(state);
+  if (bars_) bars_->save(state);
+  if (bearings_) bearings_->save(state);
+  if (damage_ || bearings_) {
+    state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, dust_potential_, eroded_volume_, detached_volume_});
+    for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
+    state.insert(state.end(), live_.begin(), live_.end());
+    state.insert(state.end(), mass_.begin(), mass_.end());
+    if (damage_) history().save(state);
+  }
+  state.push_back(frames_.empty() ? 0 : 1);
+  for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
+  load_track_.save(state);
+  state.push_back(taken_by_starts_);
+}
+
+void FemStructure::restore(std::span<const double> state) {
+  std::size_t at = 0;
+  const auto next = [&]() {
+    if (at >= state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+    return state[at++];
+  };
+  h_last_ = next(), power_ = next();
+  power_valid_ = next() != 0;
+  time_ = next(), contact_step_ = next(), stored_half_ = next(), reference_kinetic_ = next(), still_since_ = next();
+  still_ = next() != 0;
+  blow_time_ = next();
+  steps_taken_ = next();
+  books_ = {};
+  for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
+                    &books_.external_work, &books_.contact_work, &books_.algorithmic, &books_.step_dependence})
+    *p = next();
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    for (int c = 0; c < 3; ++c) {
+      u_[4 * i + c] = next();
+      v_[4 * i + c] = next();
+      contact_impulse_[4 * i + c] = next();
+    }
+  at += restore_linear(state.subspan(at));
+  if (bars_) at += bars_->restore(state.subspan(at));
+  if (bearings_) at += bearings_->restore(state.subspan(at));
+  if (damage_ || bearings_) {
+    breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), dust_potential_ = next(), eroded_volume_ = next(), detached_volume_ = next();
+    for (Vec3* p : {&dust_momentum_, &dust_spin_})
+      for (int c = 0; c < 3; ++c) (*p)[c] = next();
+    bool changed = false;
+    std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
+    for (std::size_t cell = 0; cell < live_.size(); ++cell) {
+      const char now = next() != 0;
+      changed = changed || now != live_[cell];
+      live_[cell] = now;
+      if (now)
+        for (int n : carriers(mesh_, static_cast<int>(cell))) ++cells_at_node_[n];
+    }
+    for (std::size_t n = 0; n < mass_.size(); ++n) {
+      const double mass = next();
+      changed = changed || mass != mass_[n];
+      mass_[n] = mass;
+      weights_valid_ = false;
+      for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
+    }
+    if (damage_) at += damage_->restore(state.subspan(at));
+    for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
+    if (changed) {
+      rebuild_skin();
+      forget_stiffness();
+    }
+  }
+  std::vector<Mat3> frames(at < state.size() && next() != 0 ? mesh_.hexes.size() : 0);   // vectors of former versions end here
+  for (Mat3& t : frames)
+    for (int i = 0; i < 9; ++i) t.data()[i] = next();
+  if (frames != frames_) set_frames(std::move(frames));
+  const bool loads_known = at < state.size();
+  if (loads_known) at += load_track_.restore(state.subspan(at));
+  taken_by_starts_ = at < state.size() ? next() : 0.0;
+  if (at != state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+  struck_.clear();
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    if (Vec3(&contact_impulse_[4 * i]) != Vec3::Zero()) struck_.push_back(static_cast<int>(i));
+  bars_broken_ = -1;
+  skin_shared_ = motion_shared_ = bars_shared_ = true;
+  damage_shared_ = !partition_;
+  moved();
+  if (!loads_known) begin_loads();
+}
+
+void FemStructure::start_over() {
+  books_ = {};
+  taken_by_starts_ = 0;
+  still_since_ -= time_;
+  blow_time_ -= time_;
+  time_ = 0;
+  contact_step_ = 0;
+  std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
+  struck_.clear();
+  moved();
+  if (supports_.nodes.empty()) return;
+  forces(time_);
+  load_track_.begin_again(foot_reactions(0), members_, member_states());
+  watch_stress(0);
+}
+
+Structure::Snapshot FemStructure::snapshot() const {
+  share_motion();
+  share_bars();
+  const DamageField* cracks = damage_ ? &history() : nullptr;
+  Snapshot s;
+  s.nodes = mesh_.nodes;
+  for (std::size_t i = 0; i < mass_.size(); ++i) {
+    s.displacement.emplace_back(u_[4 * i], u_[4 * i + 1], u_[4 * i + 2]);
+    s.velocity.push_back(velocity(static_cast<int>(i)));
+  }
+  for (std::size_t cell = 0; cell < mesh_.hexes.size(); ++cell) {
+    if (!live_[cell]) continue;
+    const auto& hex = mesh_.hexes[cell];
+    s.hexes.push_back(hex);
+    const Mat3 strain = strain_at_centre(static_cast<int>(cell));   // where it is most accurate
+    const int c = static_cast<int>(cell);
+    const double tension = cracks ? cracks->tension(c) : 0, compression = cracks ? cracks->compression(c) : 0;
+    // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.
+    const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
+    s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
+    s.damage_tension.push_back(tension);
+    s.damage_compression.push_back(compression);
+    s.crack_width.push_back(cracks ? cracks->crack_width(c, u_.data()) : 0.0);
+  }
+  if (bars_) bars_->snapshot(u_.data(), s);
+  return s;
+}
+
+}  // namespace talus::fem
