@@ -83,6 +83,7 @@ void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refin
   mesh_ = std::move(coarse);
   triangulation_ = std::make_unique<Triangulation>(Triangulation::limit_level_difference_at_vertices);
   dof_handler_ = std::make_unique<dealii::DoFHandler<3>>(*triangulation_);
+  hanging_ = std::make_unique<dealii::AffineConstraints<double>>();
   constraints_ = std::make_unique<dealii::AffineConstraints<double>>();
   create_coarse_cells(mesh_, *triangulation_);
   refine(*triangulation_, zones);
@@ -93,8 +94,9 @@ void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refin
     for (unsigned v = 0; v < 8; ++v)
       for (unsigned c = 0; c < 3; ++c) number[cell->vertex_dof_index(v, c)] = 3 * cell->vertex_index(v) + c;
   dof_handler_->renumber_dofs(number);
-  dealii::DoFTools::make_hanging_node_constraints(*dof_handler_, *constraints_);
-  constraints_->close();
+  dealii::DoFTools::make_hanging_node_constraints(*dof_handler_, *hanging_);
+  hanging_->close();
+  constraints_->copy_from(*hanging_);
   take_new_nodes();
   take_cells();
   take_hanging_nodes();
@@ -168,7 +170,7 @@ void Discretisation::take_cells() {
 
 /// Constraints of one component: the three move alike.
 void Discretisation::take_hanging_nodes() {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     if (line.index % 3 != 0) continue;
     HangingNode& hanging = mesh_.hanging.emplace_back();
     hanging.node = static_cast<int>(line.index / 3);
@@ -178,8 +180,26 @@ void Discretisation::take_hanging_nodes() {
   std::sort(mesh_.hanging.begin(), mesh_.hanging.end(), [](const HangingNode& a, const HangingNode& b) { return a.node < b.node; });
 }
 
+void Discretisation::hold(const std::vector<std::array<bool, 3>>& held) {
+  constraints_->clear();
+  for (std::size_t n = 0; n < held.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (held[n][c] && !hanging_->is_constrained(3 * n + c)) constraints_->add_line(3 * n + c);
+  constraints_->merge(*hanging_);
+  constraints_->close();
+}
+
+DofMap Discretisation::free_dofs() const {
+  DofMap dofs;
+  dofs.number.assign(mesh_.nodes.size(), {-1, -1, -1});
+  for (std::size_t n = 0; n < dofs.number.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (!constraints_->is_constrained(3 * n + c)) dofs.number[n][c] = dofs.size++;
+  return dofs;
+}
+
 void Discretisation::distribute(AlignedVector& u) const {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     double sum = 0;
     for (const auto& [master, weight] : line.entries) sum += weight * u[padded(master)];
     u[padded(line.index)] = sum;
@@ -187,7 +207,7 @@ void Discretisation::distribute(AlignedVector& u) const {
 }
 
 void Discretisation::condense(AlignedVector& f) const {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     const double force = std::exchange(f[padded(line.index)], 0.0);
     for (const auto& [master, weight] : line.entries) f[padded(master)] += weight * force;
   }
@@ -207,7 +227,7 @@ std::vector<NodeImpulse> Discretisation::condense(std::span<const NodeImpulse> i
 void Discretisation::interpolate(const Discretisation& before, const AlignedVector& from, AlignedVector& to) const {
   Vector coarse(before.dof_handler_->n_dofs()), fine(dof_handler_->n_dofs());
   for (unsigned d = 0; d < coarse.size(); ++d) coarse[d] = from[padded(d)];
-  dealii::VectorTools::interpolate_to_different_mesh(*before.dof_handler_, coarse, *dof_handler_, *constraints_, fine);
+  dealii::VectorTools::interpolate_to_different_mesh(*before.dof_handler_, coarse, *dof_handler_, *hanging_, fine);
   for (unsigned d = 0; d < fine.size(); ++d) to[padded(d)] = fine[d];
 }
 
