@@ -18,7 +18,8 @@ namespace {
 
 std::string ending(const std::string& path) {
   std::string text = std::filesystem::path(path).extension().string();
-  std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   return text;
 }
 
@@ -38,7 +39,8 @@ std::string reason(const dealii::ExceptionBase& e) {
   e.print_info(text);
   std::string line, all;
   for (std::istringstream in(text.str()); std::getline(in, line);)
-    if (const auto from = line.find_first_not_of(" \t"); from != std::string::npos) all += (all.empty() ? "" : " ") + line.substr(from);
+    if (const auto from = line.find_first_not_of(" \t"); from != std::string::npos)
+      all += (all.empty() ? "" : " ") + line.substr(from);
   return all.empty() ? e.get_exc_name() : all;
 }
 
@@ -51,12 +53,15 @@ void read(const StructureSpec& spec, dealii::Triangulation<3>& grid) {
   } catch (const dealii::ExceptionBase& e) {
     refuse(spec, reason(e), "deal.II's GridIn does not read it");
   }
-  if (!grid.all_reference_cells_are_hyper_cube()) refuse(spec, "tetrahedra, wedges or pyramids", "of this format hexahedra alone are read");
+  if (!grid.all_reference_cells_are_hyper_cube())
+    refuse(spec, "tetrahedra, wedges or pyramids", "of this format hexahedra alone are read");
 }
 
 }  // namespace
 
-bool is_grid_file(const std::string& path) { return ending(path) == ".vtk" || ending(path) == ".unv"; }
+bool is_grid_file(const std::string& path) {
+  return ending(path) == ".vtk" || ending(path) == ".unv";
+}
 
 HexMesh read_grid(const StructureSpec& spec) {
   constexpr unsigned vtk_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};
@@ -71,7 +76,9 @@ HexMesh read_grid(const StructureSpec& spec) {
     groups["material " + std::to_string(cell->material_id())].insert(hex.begin(), hex.end());
     for (const unsigned f : cell->face_indices())
       if (cell->at_boundary(f))
-        for (const unsigned v : cell->face(f)->vertex_indices()) groups["boundary " + std::to_string(cell->face(f)->boundary_id())].insert(static_cast<int>(cell->face(f)->vertex_index(v)));
+        for (const unsigned v : cell->face(f)->vertex_indices())
+          groups["boundary " + std::to_string(cell->face(f)->boundary_id())].insert(
+              static_cast<int>(cell->face(f)->vertex_index(v)));
   }
   for (const auto& [name, nodes] : groups) mesh.node_groups[name].assign(nodes.begin(), nodes.end());
   place_file_mesh(mesh, spec);

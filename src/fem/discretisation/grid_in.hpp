@@ -6,8 +6,8 @@
 
 namespace talus::fem {
 
-/// Hexahedra of .vtk or .unv. Nodes of material k and of boundary k are the groups "material k" and "boundary k".
-/// Throws InputError with what GridIn says.
+/// Hexahedra of .vtk or .unv. Nodes of material k and of boundary k are the groups "material k" and "boundary
+/// k". Throws InputError with what GridIn says.
 bool is_grid_file(const std::string& path);
 HexMesh read_grid(const StructureSpec& spec);
 

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 
@@ -32,7 +31,9 @@ void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
   }
   for (const Spring& spring : p_.bearings ? p_.bearings->springs() : std::vector<Spring>{}) {
     Vec3 d = Vec3::Zero();
-    for (std::size_t k = 0; k < spring.node.size(); ++k) d += spring.weight[k] * Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
+    for (std::size_t k = 0; k < spring.node.size(); ++k)
+      d += spring.weight[k] *
+           Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
     const Vec3 force = spring.stiffness * d;
     for (std::size_t k = 0; k < spring.node.size(); ++k)
       for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
@@ -50,7 +51,8 @@ std::vector<Spring> ElasticSystem::springs(const std::vector<Mat3>* frames) cons
 }
 
 const SymmetricMatrix& ElasticSystem::stiffness() {
-  if (stiffness_.n == 0) stiffness_ = assemble_stiffness(p_.cells.mesh(), p_.dofs, p_.shear, p_.bulk, springs());
+  if (stiffness_.n == 0)
+    stiffness_ = assemble_stiffness(p_.cells.mesh(), p_.dofs, p_.shear, p_.bulk, springs());
   return stiffness_;
 }
 
@@ -59,7 +61,9 @@ const CholeskyFactor& ElasticSystem::factor() {
   try {
     factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
   } catch (const NotEnoughMemory& e) {
-    bad(p_.spec, p_.spec.cell_size > 0 ? "cell_size" : "cells", fmt::format("{} cells", p_.cells.mesh().hexes.size()), e.what(), "take larger cells, or fewer of them, or free memory");
+    bad(p_.spec, p_.spec.cell_size > 0 ? "cell_size" : "cells",
+        fmt::format("{} cells", p_.cells.mesh().hexes.size()), e.what(),
+        "take larger cells, or fewer of them, or free memory");
   }
   return *factor_;
 }
@@ -77,13 +81,17 @@ LinearSolver& ElasticSystem::multigrid() {
   std::vector<int> direction(p_.dofs.size), body(p_.dofs.size);
   for (int i = 0; i < nodes; ++i)
     for (int c = 0; c < 3; ++c)
-      if (const int d = p_.dofs.number[i][c]; d >= 0) position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
-  multigrid_ = make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position, direction, body);
+      if (const int d = p_.dofs.number[i][c]; d >= 0)
+        position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
+  multigrid_ = make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position,
+                              direction, body);
   return *multigrid_;
 }
 
-double ElasticSystem::highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const {
-  // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from below.
+double ElasticSystem::highest_frequency(const std::vector<double>& mass,
+                                        const AlignedVector& inverse_mass) const {
+  // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from
+  // below.
   const std::size_t n = inverse_mass.size();
   const int steps = 40;
   AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0), masses(n);
@@ -103,8 +111,10 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass, const A
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     apply(x, y);
-    const double a = of(y).dot(of(x));   // x is zero where it is held
-    of(y) = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), static_cast<Eigen::Index>(n)).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
+    const double a = of(y).dot(of(x));  // x is zero where it is held
+    of(y) = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), static_cast<Eigen::Index>(n))
+                .cwiseProduct(of(y)) -
+            a * of(x) - beta * of(previous);
     diagonal.push_back(a);
     beta = std::sqrt(of(y).dot(of(masses).cwiseProduct(of(y))));
     if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
@@ -118,7 +128,8 @@ double ElasticSystem::highest_frequency(const std::vector<double>& mass, const A
     t(i, i) = diagonal[i];
     if (i + 1 < size) t(i, i + 1) = t(i + 1, i) = off[i];
   }
-  return std::sqrt(1.02 * Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+  return std::sqrt(1.02 *
+                   Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
 }
 
 double ElasticSystem::first_frequency(const std::vector<double>& mass) {
@@ -133,7 +144,7 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
         m[d] = mass[i];
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
-  if (n > largest_factored_system) {   // solutions are dear: rough ones
+  if (n > largest_factored_system) {  // solutions are dear: rough ones
     constexpr double rough = 0.1;
     AlignedVector u(4 * mass.size()), f(u.size());
     const auto stiffness = [&](const VecX& from, VecX& to) {
@@ -142,9 +153,10 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
       gather(p_.dofs, f, to);
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
-    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6));
+    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse,
+                                       Eigen::Map<const VecX>(x.data(), n), 1e-6));
   }
-  constexpr int most_iterations = 2000;   // frequencies that differ by 1 in 1000 take some 1500
+  constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
   double omega_sq = 0;
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     for (int i = 0; i < n; ++i) x[i] *= m[i];
@@ -158,7 +170,10 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
     omega_sq = next;
     if (done) return std::sqrt(omega_sq);
   }
-  throw NumericalFailure(fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang by next to nothing?", p_.spec.name, most_iterations));
+  throw NumericalFailure(
+      fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang "
+                  "by next to nothing?",
+                  p_.spec.name, most_iterations));
 }
 
 }  // namespace talus::fem

@@ -1,8 +1,10 @@
-/// The elastic structure at rest as a linear system on its free degrees of freedom, and both ends of its spectrum:
+/// The elastic structure at rest as a linear system on its free degrees of freedom, and both ends of its
+/// spectrum:
 ///
 ///   K u = f,     K x = omega^2 M x,     K = C^T (cells + bars + bearings) C
 ///
-/// By the sparse factor up to largest_factored_system degrees of freedom, above by conjugate gradients with multigrid.
+/// By the sparse factor up to largest_factored_system degrees of freedom, above by conjugate gradients with
+/// multigrid.
 ///
 /// symbol   meaning                                            unit    shape
 /// K        stiffness as built, C of hanging nodes applied     N/m     dofs x dofs
@@ -29,7 +31,7 @@ class ElasticSystem {
     const StructureSpec& spec;
     const Discretisation& cells;
     const DofMap& dofs;
-    double shear, bulk;   // [Pa]
+    double shear, bulk;  // [Pa]
     ElementOperator& elements;
     const std::unique_ptr<Bars>& bars;
     const std::unique_ptr<Bearings>& bearings;
@@ -50,14 +52,15 @@ class ElasticSystem {
   /// y := K x by the kernels, nodes x 4; x is made to fit its constraints.
   void apply(AlignedVector& x, AlignedVector& y) const;
 
-  /// A bound on the highest circular frequency, 1 % above Lanczos' value after 40 steps, which comes from below [rad/s].
+  /// A bound on the highest circular frequency, 1 % above Lanczos' value after 40 steps, which comes from
+  /// below [rad/s].
   double highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const;
   /// The lowest one, by inverse iteration [rad/s]. Throws NumericalFailure if it does not converge.
   double first_frequency(const std::vector<double>& mass);
 
  private:
   Parts p_;
-  SymmetricMatrix stiffness_;                // empty until needed
+  SymmetricMatrix stiffness_;  // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
   std::unique_ptr<LinearSolver> multigrid_;
 };

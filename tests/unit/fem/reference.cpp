@@ -62,11 +62,13 @@ std::vector<Strains> incompatible_modes(const dealii::Tensor<2, 3>& jacobian) {
 
 double product(const Strains& a, const Strains& b, double shear, double lambda, double weight) {
   double sum = 0;
-  for (unsigned q = 0; q < 8; ++q) sum += weight * (2 * shear * (a[q] * b[q]) + lambda * dealii::trace(a[q]) * dealii::trace(b[q]));
+  for (unsigned q = 0; q < 8; ++q)
+    sum += weight * (2 * shear * (a[q] * b[q]) + lambda * dealii::trace(a[q]) * dealii::trace(b[q]));
   return sum;
 }
 
-dealii::FullMatrix<double> cell_matrix(const dealii::FEValuesBase<3>& values, const dealii::Tensor<2, 3>& jacobian, double shear, double lambda) {
+dealii::FullMatrix<double> cell_matrix(const dealii::FEValuesBase<3>& values,
+                                       const dealii::Tensor<2, 3>& jacobian, double shear, double lambda) {
   const dealii::FEValuesExtractors::Vector displacement(0);
   double volume = 0;
   for (unsigned q = 0; q < 8; ++q) volume += values.JxW(q);
@@ -78,7 +80,9 @@ dealii::FullMatrix<double> cell_matrix(const dealii::FEValuesBase<3>& values, co
   }
   const std::vector<Strains> mode = incompatible_modes(jacobian);
   const auto count = static_cast<unsigned>(mode.size());
-  const auto energy = [&](const Strains& a, const Strains& b) { return product(a, b, shear, lambda, volume / 8); };
+  const auto energy = [&](const Strains& a, const Strains& b) {
+    return product(a, b, shear, lambda, volume / 8);
+  };
   dealii::LAPACKFullMatrix<double> inverse(count, count);
   dealii::FullMatrix<double> stiff(24, 24), mixed(count, 24), condensed(count, 24), pseudo(count, count);
   for (unsigned i = 0; i < count; ++i) {
@@ -104,7 +108,8 @@ dealii::FullMatrix<double> cell_matrix(const dealii::FEValuesBase<3>& values, co
 
 }  // namespace
 
-std::vector<double> reference_internal_force(const Discretisation& cells, double shear, double bulk, const std::vector<double>& u) {
+std::vector<double> reference_internal_force(const Discretisation& cells, double shear, double bulk,
+                                             const std::vector<double>& u) {
   const dealii::DoFHandler<3>& dofs = cells.dof_handler();
   const dealii::AffineConstraints<double>& constraints = cells.hanging_node_constraints();
   dealii::DynamicSparsityPattern entries(dofs.n_dofs());
@@ -114,13 +119,16 @@ std::vector<double> reference_internal_force(const Discretisation& cells, double
   dealii::SparseMatrix<double> matrix(pattern);
   const dealii::QGauss<3> points(2);
   const dealii::QMidpoint<3> middle;
-  dealii::FEValues<3> values(dofs.get_fe(), points, dealii::update_gradients | dealii::update_JxW_values), centre(dofs.get_fe(), middle, dealii::update_jacobians);
+  dealii::FEValues<3> values(dofs.get_fe(), points, dealii::update_gradients | dealii::update_JxW_values),
+      centre(dofs.get_fe(), middle, dealii::update_jacobians);
   std::vector<dealii::types::global_dof_index> of_cell(24);
   for (const auto& cell : dofs.active_cell_iterators()) {
     values.reinit(cell);
     centre.reinit(cell);
     cell->get_dof_indices(of_cell);
-    constraints.distribute_local_to_global(cell_matrix(values, dealii::Tensor<2, 3>(centre.jacobian(0)), shear, bulk - 2.0 / 3 * shear), of_cell, matrix);
+    constraints.distribute_local_to_global(
+        cell_matrix(values, dealii::Tensor<2, 3>(centre.jacobian(0)), shear, bulk - 2.0 / 3 * shear), of_cell,
+        matrix);
   }
   dealii::Vector<double> displacement(u.begin(), u.end()), force(dofs.n_dofs());
   matrix.vmult(force, displacement);

@@ -29,12 +29,13 @@ TEST(GridIn, ReadsVtkWithItsBoundaries) {
   StructureSpec s = from_file("grid_in.vtk");
   {
     dealii::Triangulation<3> grid;
-    dealii::GridGenerator::subdivided_hyper_rectangle(grid, {2, 2, 6}, dealii::Point<3>(0, 0, 0), dealii::Point<3>(1, 1, 6), true);
+    dealii::GridGenerator::subdivided_hyper_rectangle(grid, {2, 2, 6}, dealii::Point<3>(0, 0, 0),
+                                                      dealii::Point<3>(1, 1, 6), true);
     std::ofstream out(s.file);
     dealii::GridOut().write_vtk(grid, out);
   }
   s.position = Vec3(10, 0, 5);
-  s.supports.push_back({"", "boundary 4", {}, {true, true, true}});   // colorize: z = 0
+  s.supports.push_back({"", "boundary 4", {}, {true, true, true}});  // colorize: z = 0
   const FemStructure pier(s, Vec3::Zero(), silent);
   EXPECT_EQ(pier.elements(), 24);
   double volume = 0;
@@ -55,7 +56,8 @@ TEST(GridIn, ReadsUnv) {
   StructureSpec s = from_file("grid_in.unv");
   std::ofstream out(s.file);
   out << "    -1\n  2411\n";
-  for (int k = 0; k < 12; ++k) out << k + 1 << " 1 1 11\n" << (k % 4 == 1 || k % 4 == 2) << ' ' << (k % 4 > 1) << ' ' << k / 4 << '\n';
+  for (int k = 0; k < 12; ++k)
+    out << k + 1 << " 1 1 11\n" << (k % 4 == 1 || k % 4 == 2) << ' ' << (k % 4 > 1) << ' ' << k / 4 << '\n';
   out << "    -1\n    -1\n  2412\n";
   for (int c = 0; c < 2; ++c) {
     out << c + 1 << " 115 1 1 7 8\n";
@@ -73,7 +75,9 @@ TEST(GridIn, ReadsUnv) {
 
 /// What is no mesh of hexahedra is an error that names the file and the way out.
 TEST(GridIn, SaysWhatItDoesNotRead) {
-  for (const char* text : {"", "# vtk DataFile Version 3.0\npier\nASCII\nDATASET POLYDATA\n", "# vtk DataFile Version 3.0\npier\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n0 0 0 1 0\n"}) {
+  for (const char* text :
+       {"", "# vtk DataFile Version 3.0\npier\nASCII\nDATASET POLYDATA\n",
+        "# vtk DataFile Version 3.0\npier\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n0 0 0 1 0\n"}) {
     StructureSpec s = from_file("no_grid.vtk");
     std::ofstream(s.file) << text;
     try {
