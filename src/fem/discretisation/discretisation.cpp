@@ -55,7 +55,7 @@ std::array<Vec3, 8> corners_of(const Cell& cell) {
 
 void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zones) {
   constexpr int most_halvings = 8;
-  for (int level = 0; level < most_halvings; ++level) {
+  for (int level = 0; level < most_halvings && !zones.empty(); ++level) {
     bool any = false;
     for (const Cell& cell : grid.active_cell_iterators()) {
       const std::array<Vec3, 8> corners = corners_of(cell);
