@@ -56,7 +56,7 @@ every_case() {
       case $case in
         k4580-boulder) short="--set simulation.duration=8" ;;
         k4580-rock-mass) short="--set simulation.duration=0.2" ;;
-        *) short="--set simulation.duration=0.06 --set structure.viaduct.cell_size=0.75 --set block.boulder.position=[0,108,14.1] --set block.boulder.velocity=[0,5,-11]" ;;   # just above the deck
+        *) short="--set simulation.duration=0.06 --set structure.viaduct.cell_size=0.5 --set block.boulder.position=[0,108,14.1] --set block.boulder.velocity=[0,5,-11]" ;;   # just above the deck
       esac
       run "$case-$slope" "$case/$slope.toml" $(span "" "$short")
       directories="$out/$case-$slope $directories"
@@ -100,7 +100,7 @@ every_case() {
   fi
 
   if wanted pier-destruction; then
-    run pier-destruction pier-destruction/scene.toml $(span "" "--set simulation.duration=0.2 --set structure.pier.cell_size=0.7")
+    run pier-destruction pier-destruction/scene.toml $(span "" "--set simulation.duration=0.2 --set structure.pier.cell_size=0.6")
     judge pier-destruction "$here/pier-destruction/evaluate.py" "$out/pier-destruction"
   fi
 

@@ -3,6 +3,8 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <ranges>
+#include <span>
 #include <utility>
 
 #include "coupling/island_body.hpp"
@@ -255,21 +257,29 @@ bool IslandStepper::locate_event(double& h, int passes) {
   // Shortens the step so that it ends at the first onset. Touches that were rows of this step are not onsets; what they
   // cross is drift and is projected. False: no solution at an end tried, the state is of no use.
   std::vector<Touch> start = touches_;
+  struct ByPair {
+    static std::pair<std::uint64_t, int> pair(const Touch* t) { return {t->a.id(), t->b}; }
+    bool operator()(const Touch* s, const Touch* t) const { return pair(s) < pair(t); }
+  };
+  std::vector<const Touch*> by_pair;
+  for (const Touch& t : start) by_pair.push_back(&t);
+  std::stable_sort(by_pair.begin(), by_pair.end(), ByPair{});
+  const auto of_pair = [&](const Touch& t) {
+    const auto range = std::equal_range(by_pair.begin(), by_pair.end(), &t, ByPair{});
+    return std::span<const Touch* const>(range.first, range.second);
+  };
   const auto was_row = [&](const Touch& t) {
-    for (const Touch& s : start)
-      if (s.a == t.a && s.b == t.b && s.at.key == t.at.key) return s.row >= 0;
+    for (const Touch* s : of_pair(t))
+      if (s->at.key == t.at.key) return s->row >= 0;
     return false;
   };
   // Gap at the start of the step of a touch found now.
   const auto gap_before = [&](const Touch& t) {
     return t.at.normal.dot(carried_back(t.b, t.at.point_b) - carried_back(t.a.kind == Partner::Kind::block ? t.a.index : -1, t.at.point_a));
   };
-  std::vector<std::pair<std::uint64_t, int>> closed_pairs;
-  for (const Touch& t : start)
-    if (t.row >= 0) closed_pairs.emplace_back(t.a.id(), t.b);
   // In closed contact one feature may take the place of another, deep as it is: that crosses nothing. What sank by more than half of its depth did.
   const auto swapped = [&](const Touch& t) {
-    return std::find(closed_pairs.begin(), closed_pairs.end(), std::pair(t.a.id(), t.b)) != closed_pairs.end() && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
+    return std::ranges::any_of(of_pair(t), [](const Touch* s) { return s->row >= 0; }) && gap_before(t) < std::min(-10 * touch_gap(), 0.5 * t.at.gap);
   };
   // Nor is what comes on slowly an onset, while it is near.
   const auto slow = [&](const Touch& t) { return t.stiffness == 0 && t.approach >= -slow_speed() && t.at.gap >= -near_gap(); };

@@ -102,8 +102,7 @@ void fracture(CaseRun& c) {
     c.method(fmt::format("concrete, {} cells of {:.0f} mm", cells, 1000.0 / cells));
     std::vector<Section> sections;
     for (int i = 0; i <= cells; ++i) sections.push_back({1.0 * i / cells, i == cells / 2 || i == cells / 2 + 1 ? 0.09 : 0.1});
-    for (int i = 0; i <= 20; ++i) sections.push_back({1.5 + i, 0.5});
-    // Cells of the head may be 1 m long: their stress stays far below the strength.
+    for (int i = 0; i <= 31; ++i) sections.push_back({1.5 + 0.64 * i, 0.32});
     StructureText s;
     s.duration = 0.1;
     s.interval = 1e-3;

@@ -20,7 +20,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
         for (std::string_view rest = input.bytes; rest.size() >= 3;) {
           std::uint16_t length = 0;
           std::memcpy(&length, rest.data() + 1, 2);
-          const auto kind = static_cast<io::RecordKind>(static_cast<unsigned char>(rest[0]) % 8);
+          const auto kind = static_cast<io::RecordKind>(static_cast<unsigned char>(rest[0]) % 10);
           rest.remove_prefix(3);
           const std::string_view payload = rest.substr(0, length);
           writer.append(kind, payload);

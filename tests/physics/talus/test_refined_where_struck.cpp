@@ -18,7 +18,9 @@ const std::string at_impact = "[[structure.refine]]\nwhere = \"impact\"\ncell_si
 
 /// A pier of 1 x 1 x 4 m that stands under its weight.
 std::string pier(const std::string& cells, const std::string& refine) {
-  return "[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [1, 1]\nheight = 4\n" + cells + "\n[[structure.probe]]\nname = \"top\"\nat = [0, 0, 4]\n" + refine;
+  return "[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, "
+         "0]\nsection = [1, 1]\nheight = 4\n" +
+         cells + "\n[[structure.probe]]\nname = \"top\"\nat = [0, 0, 4]\n" + refine;
 }
 
 SceneText scene(double end) {
@@ -29,12 +31,23 @@ SceneText scene(double end) {
 }
 
 std::string boulder(const std::string& name, const Vec3& at, const Vec3& v) {
-  return "[[block]]\nname = \"" + name + "\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nmass = 800\nposition = " + vector(at) + "\nvelocity = " + vector(v) + "\ndeformable = false\norientation = { rotation_vector = [0.3, 0.2, 0.1] }\n";
+  return "[[block]]\nname = \"" + name +
+         "\"\nmaterial = \"rock\"\nshape = \"dodecahedron\"\nmass = 800\nposition = " + vector(at) +
+         "\nvelocity = " + vector(v) +
+         "\ndeformable = false\norientation = { rotation_vector = [0.3, 0.2, 0.1] }\n";
 }
 
-std::string struck_pier(const std::string& cells, const std::string& refine) { return scene(0.015).raw(pier(cells, refine)).raw(boulder("B", Vec3(-1.15, 0.05, 2.6), Vec3(15, 0, 0))).str(); }
+std::string struck_pier(const std::string& cells, const std::string& refine) {
+  return scene(0.015)
+      .raw(pier(cells, refine))
+      .raw(boulder("B", Vec3(-1.15, 0.05, 2.6), Vec3(15, 0, 0)))
+      .str();
+}
 
-struct Answer { double peak_base = 0, peak_contact = 0, impulse = 0, top = 0; long cells = 0; };
+struct Answer {
+  double peak_base = 0, peak_contact = 0, impulse = 0, top = 0;
+  long cells = 0;
+};
 
 Answer answer(const std::string& text) {
   const Outcome o = run_scene(text);
@@ -44,17 +57,22 @@ Answer answer(const std::string& text) {
   for (const sim::HistoryRow& r : o.rows) {
     a.top = std::max(a.top, std::abs(r.structures[0].probe_displacement[0].x()));
   }
-  for (const ContactSpell& s : spells(resultants(o), 1e-3)) a.peak_contact = std::max(a.peak_contact, s.peak), a.impulse += s.impulse.norm();
+  for (const ContactSpell& s : spells(resultants(o), 1e-3))
+    a.peak_contact = std::max(a.peak_contact, s.peak), a.impulse += s.impulse.norm();
   a.cells = o.simulation->structures()[0]->elements();
   EXPECT_LT(std::abs(o.rows.back().ledger.residual), 1e-9 * o.rows.front().ledger.kinetic);
   return a;
 }
 
-/// Peak force, impulse and drift are those of cells as fine throughout, with a fraction of the cells; so is the mean reaction at the base, as far as the cells between carry its waves. Cells that are large where it is struck are
-/// 15 % off in the peak force and 6 % in the impulse.
+/// Peak force, impulse and drift are those of cells as fine throughout, with a fraction of the cells; so is
+/// the mean reaction at the base, as far as the cells between carry its waves. Cells that are large where it
+/// is struck are 15 % off in the peak force and 6 % in the impulse.
 TEST(RefinedWhereStruck, AnswersAsUniformCellsDo) {
   const Answer fine = answer(struck_pier("cell_size = 0.0625", ""));
-  struct Given { const char* cells; double base, share; };
+  struct Given {
+    const char* cells;
+    double base, share;
+  };
   for (const Given& g : {Given{"cell_size = 0.25", 0.02, 0.2}, Given{"cell_size = 0.125", 0.02, 0.3}}) {
     const Answer refined = answer(struck_pier(g.cells, at_impact));
     EXPECT_LT(static_cast<double>(refined.cells), g.share * static_cast<double>(fine.cells)) << g.cells;
@@ -68,10 +86,13 @@ TEST(RefinedWhereStruck, AnswersAsUniformCellsDo) {
   EXPECT_GT(large.impulse / fine.impulse, 1.04);
 }
 
-/// A second block strikes elsewhere while the pier rings from the first: its cells are halved in motion, and every joule is accounted for.
+/// A second block strikes elsewhere while the pier rings from the first: its cells are halved in motion, and
+/// every joule is accounted for.
 TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
   SceneText s = scene(0.12);
-  s.raw(pier("cell_size = 0.25", at_impact)).raw(boulder("first", Vec3(-1.15, 0.05, 1.2), Vec3(15, 0, 0))).raw(boulder("second", Vec3(0.05, 1.5, 3.3), Vec3(0, -9, 0)));
+  s.raw(pier("cell_size = 0.25", at_impact))
+      .raw(boulder("first", Vec3(-1.15, 0.05, 1.2), Vec3(15, 0, 0)))
+      .raw(boulder("second", Vec3(0.05, 1.5, 3.3), Vec3(0, -9, 0)));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   const auto& struck = o.simulation->world().struck;
@@ -88,7 +109,9 @@ TEST(RefinedWhereStruck, AgainBeforeALaterBlowElsewhere) {
 /// What flies past, falls softly, or strikes a skin that has its cells already changes none.
 TEST(RefinedWhereStruck, OnlyWhereAndWhenItIsStruck) {
   SceneText s = scene(0.08);
-  s.raw(pier("cell_size = 0.25", at_impact)).raw(boulder("past", Vec3(-1.6, 1.3, 3), Vec3(20, 0, 0))).raw(boulder("soft", Vec3(0.1, 0, 4.6), Vec3(0, 0, -0.02)));
+  s.raw(pier("cell_size = 0.25", at_impact))
+      .raw(boulder("past", Vec3(-1.6, 1.3, 3), Vec3(20, 0, 0)))
+      .raw(boulder("soft", Vec3(0.1, 0, 4.6), Vec3(0, 0, -0.02)));
   const Outcome o = run_scene(s.str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   EXPECT_TRUE(o.simulation->world().struck.empty());
@@ -109,7 +132,9 @@ TEST(RefinedWhereStruck, ResumesToTheBit) {
    private:
     double stop_at_;
   } one(1), broken(0.012), two(1);
-  const auto simulation = [] { return sim::Simulation(scene::read_scene_text(struck_pier("cell_size = 0.25", at_impact), "/test.toml")); };
+  const auto simulation = [] {
+    return sim::Simulation(scene::read_scene_text(struck_pier("cell_size = 0.25", at_impact), "/test.toml"));
+  };
   sim::Simulation whole = simulation(), first = simulation(), second = simulation();
   ASSERT_EQ(whole.run(one).exit_code, 0);
   EXPECT_EQ(first.run(broken, &broken.stop).status, "interrupted");
@@ -131,8 +156,10 @@ TEST(RefinedWhereStruck, IsRefusedWhereItCannotBe) {
     }
     return std::string();
   };
-  EXPECT_NE(problems("cell_size = 0.25", "[[structure.refine]]\ncell_size = 0.1\n").find("needs its place"), std::string::npos);
-  EXPECT_NE(problems("cell_size = 0.25\nsupport = []\npreload = \"none\"", at_impact).find("with supports"), std::string::npos);
+  EXPECT_NE(problems("cell_size = 0.25", "[[structure.refine]]\ncell_size = 0.1\n").find("needs its place"),
+            std::string::npos);
+  EXPECT_NE(problems("cell_size = 0.25\nsupport = []\npreload = \"none\"", at_impact).find("with supports"),
+            std::string::npos);
   EXPECT_NE(problems("cell_size = 0.25", at_impact + "local = true\n").find("no meaning"), std::string::npos);
   EXPECT_EQ(problems("cells = [4, 4, 16]", at_impact), "");
 }

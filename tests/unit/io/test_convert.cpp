@@ -77,7 +77,7 @@ TEST_F(Converted, BlocksComeWithNamesUnitsAndAllDigits) {
 }
 
 TEST_F(Converted, LedgerStructureContactsAndSingleDatasets) {
-  EXPECT_EQ(cells(io::csv_text(results, "/ledger"))[0].size(), 1 + 11 + 6);
+  EXPECT_EQ(cells(io::csv_text(results, "/ledger"))[0].size(), 1 + 14 + 6);
   const auto p2 = cells(io::csv_text(results, "/history/structures/P2"));
   EXPECT_NE(std::find(p2[0].begin(), p2[0].end(), "top.probe_displacement.x [m]"), p2[0].end());
   const auto contacts = cells(io::csv_text(results, "/history/contacts/structure"));
