@@ -36,7 +36,7 @@
 #include "fem/materials/damage_field.hpp"
 #include "fem/kernels/element_operator.hpp"
 #include "fem/discretisation/discretisation.hpp"
-#include "fem/linear/linear_system.hpp"
+#include "fem/linear/elastic_system.hpp"
 #include "fem/members/load_track.hpp"
 #include "fem/members/members.hpp"
 #include "fem/discretisation/partition.hpp"
@@ -52,25 +52,10 @@ struct LinearDynamicsDeleter { void operator()(LinearDynamics* p) const; };
 struct Condensed;
 struct CondensedDeleter { void operator()(Condensed* p) const; };
 
-/// Degrees of freedom up to which the stiffness is factored; above, multigrid is cheaper in time and memory.
-constexpr int largest_factored_system = 150000;
-
 /// Explicit steps that a condensed one has to save, unless it is asked for.
 constexpr double least_condensed_gain = 6;
 
 using Report = std::function<void(const std::string&)>;
-
-/// Between nodal fields (nodes x 4) and free degrees of freedom.
-inline void gather(const DofMap& dofs, const AlignedVector& from, VecX& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[d] = from[4 * i + c];
-}
-inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
-  for (std::size_t i = 0; i < dofs.number.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
-}
 
 struct SeatedNode;   // bearing_pads.hpp
 
@@ -142,16 +127,11 @@ class FemStructure : public Structure, public RefinableStructure {
   // structure_setup.cpp
   void set_masses();
   void find_critical_step();
-  double first_frequency();
   void preload();
   void check_supports();
   void warn_of_cracks() const;
   void watch_stress(double t);   // of elastic concrete
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
-  std::vector<Spring> springs(const std::vector<Mat3>* frames = nullptr) const;   // of bearings and bars, for the stiffness; bars turn with the frames of their cells
-  const SymmetricMatrix& stiffness();
-  const CholeskyFactor& factor();
-  LinearSolver& multigrid();
   // structure_step.cpp
   void forces(double t);             // f_int_, external_ at the present state; cached until the state changes
   void external_force(double t);          // writes f_ext_
@@ -281,9 +261,7 @@ class FemStructure : public Structure, public RefinableStructure {
   bool finite_ = false;              // total Lagrangian
   DofMap dofs_;
   std::unique_ptr<ElementOperator> operator_;
-  SymmetricMatrix stiffness_;        // empty until needed
-  std::unique_ptr<CholeskyFactor> factor_;   // of the structure at rest, while it is needed
-  std::unique_ptr<LinearSolver> multigrid_;
+  std::unique_ptr<ElasticSystem> elastic_;
   std::vector<double> cell_mass_;
   std::vector<double> built_mass_;         // of the nodes, as built
   std::vector<int> cells_at_node_;

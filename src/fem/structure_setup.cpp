@@ -1,16 +1,11 @@
 #include <fmt/format.h>
 
-#include <Eigen/Eigenvalues>
-
 #include <algorithm>
 #include <cmath>
 
-#include "core/disjoint_sets.hpp"
 #include "fem/discretisation/hanging.hpp"
 #include "fem/discretisation/lattice.hpp"
-#include "fem/linear/lowest_eigenvalue.hpp"
 #include "fem/linear/mechanism.hpp"
-#include "fem/not_enough_memory.hpp"
 #include "fem/output/place_in_words.hpp"
 #include "fem/spec_error.hpp"
 #include "fem/linear/static_balance.hpp"
@@ -23,30 +18,6 @@ namespace talus::fem {
 namespace {
 
 constexpr double steel_density = 7850;  // [kg/m^3]
-
-/// y += K x of cells, bars and bearings as built; nodes x 4.
-void add_stiff_force(ElementOperator& cells, Bars* bars, const Bearings* bearings, const std::vector<char>& live, const AlignedVector& x, AlignedVector& y) {
-  const std::size_t n = x.size();
-  cells.add_internal_force(x.data(), y.data(), false, false);
-  if (bars != nullptr) {
-    // Their stiffness by a difference, so small that neither rotation nor yielding shows.
-    double most = 0;
-    for (double value : x) most = std::max(most, std::abs(value));
-    const double factor = 1e-7 / most;
-    AlignedVector probe(x), zero(n, 0.0), with(n, 0.0), without(n, 0.0);
-    for (double& value : probe) value *= factor;
-    bars->add_forces(probe.data(), 0, live, with.data());
-    bars->add_forces(zero.data(), 0, live, without.data());
-    for (std::size_t i = 0; i < n; ++i) y[i] += (with[i] - without[i]) / factor;
-  }
-  for (const Spring& spring : bearings != nullptr ? bearings->springs() : std::vector<Spring>{}) {
-    Vec3 d = Vec3::Zero();
-    for (std::size_t k = 0; k < spring.node.size(); ++k) d += spring.weight[k] * Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
-    const Vec3 force = spring.stiffness * d;
-    for (std::size_t k = 0; k < spring.node.size(); ++k)
-      for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
-  }
-}
 
 /// What is being computed now, of a structure that takes more than a moment.
 void progress(const Report& report, const StructureSpec& spec, const HexMesh& mesh, const std::string& what) {
@@ -117,6 +88,7 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
     f_visc_.assign(4 * n, 0.0);
   }
   if (spec_.kind == "viaduct") bearings_ = std::make_unique<Bearings>(spec_, mesh_, viaduct_plan(spec_));
+  elastic_ = std::make_unique<ElasticSystem>(ElasticSystem::Parts{spec_, discretisation_, dofs_, shear_, bulk_, *operator_, bars_, bearings_, live_});
   check_supports();
   progress(report_, spec_, mesh_, fmt::format("{} cells and {} degrees of freedom are made; next its stable step", mesh_.hexes.size(), dofs_.size));
   find_critical_step();
@@ -125,12 +97,12 @@ FemStructure::FemStructure(const StructureSpec& spec, const Vec3& gravity, const
       if (!supports_.held[i][c]) v_[4 * i + c] = spec_.initial_velocity[c];
   if (spec_.damping_ratio > 0 && !supports_.nodes.empty() && dofs_.size > 0) {
     progress(report_, spec_, mesh_, "first frequency");
-    omega_1_ = before != nullptr ? before->omega_1_ : first_frequency();
+    omega_1_ = before != nullptr ? before->omega_1_ : elastic_->first_frequency(built_mass_);
     alpha_ = 2 * spec_.damping_ratio * omega_1_;
   }
   if (spec_.gravity_preload && !supports_.nodes.empty() && dofs_.size > 0 && (gravity_.norm() > 0 || prestressed(bars_.get()))) preload();
-  factored_ = factor_ != nullptr;
-  multigrid_.reset();  // only the preload and the first frequency of large systems need it
+  factored_ = elastic_->factored();
+  elastic_->forget_multigrid();  // only the preload and the first frequency of large systems need it
   set_members();
   divide();
   moved();
@@ -143,7 +115,7 @@ FemStructure::~FemStructure() = default;
 /// What hangs on supports must be held by them wherever a static solution is asked for; elsewhere a part may swing, hence rotate.
 void FemStructure::check_supports() {
   if (supports_.nodes.empty()) return;
-  const std::optional<LoosePart> loose = loose_part(mesh_, supports_, springs());
+  const std::optional<LoosePart> loose = loose_part(mesh_, supports_, elastic_->springs());
   if (!loose) return;
   finite_ = true;
   const bool weighs = spec_.gravity_preload && (gravity_.norm() > 0 || prestressed(bars_.get()));
@@ -180,14 +152,11 @@ void FemStructure::set_masses() {
   }
   settle_hanging_nodes();
   built_mass_ = mass_;
-  dofs_.number.assign(n, {-1, -1, -1});
-  dofs_.size = 0;
+  discretisation_.hold(supports_.held);
+  dofs_ = discretisation_.free_dofs();
   for (std::size_t i = 0; i < n; ++i)
     for (int c = 0; c < 3; ++c)
-      if (mass_[i] > 0 && !supports_.held[i][c]) {
-        dofs_.number[i][c] = dofs_.size++;
-        inverse_mass_[4 * i + c] = 1 / mass_[i];
-      }
+      if (dofs_.number[i][c] >= 0) inverse_mass_[4 * i + c] = 1 / mass_[i];
 }
 
 void FemStructure::find_critical_step() {
@@ -197,133 +166,9 @@ void FemStructure::find_critical_step() {
     critical_step_ = spec_.critical_step_fraction * shortest / wave_speed_;
     return;
   }
-  // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from below.
-  const std::size_t n = u_.size();
-  const int steps = 40;
-  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0), masses(n);
-  using Vector = Eigen::Map<Eigen::VectorXd>;
-  const auto of = [n](AlignedVector& v) { return Vector(v.data(), static_cast<Eigen::Index>(n)); };
-  std::uint64_t seed = 88172645463325252ull;
-  double norm_sq = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-    const double mass = masses[i] = mass_[i / 4];
-    x[i] = inverse_mass_[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
-    norm_sq += mass * x[i] * x[i];
-  }
-  std::vector<double> diagonal, off;
-  double beta = 0;
-  const double start = 1 / std::sqrt(norm_sq);
-  for (double& a : x) a *= start;
-  for (int k = 0; k < steps; ++k) {
-    std::fill(y.begin(), y.end(), 0.0);
-    discretisation_.distribute(x);
-    add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, x, y);
-    discretisation_.condense(y);
-    const double a = of(y).dot(of(x));   // x is zero where it is held
-    of(y) = of(inverse_mass_).cwiseProduct(of(y)) - a * of(x) - beta * of(previous);
-    diagonal.push_back(a);
-    beta = std::sqrt(of(y).dot(of(masses).cwiseProduct(of(y))));
-    if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
-    off.push_back(beta);
-    previous.swap(x);
-    of(x) = of(y) / beta;
-  }
-  const int size = static_cast<int>(diagonal.size());
-  MatX t = MatX::Zero(size, size);
-  for (int i = 0; i < size; ++i) {
-    t(i, i) = diagonal[i];
-    if (i + 1 < size) t(i, i + 1) = t(i + 1, i) = off[i];
-  }
-  const double largest = Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-  critical_step_ = spec_.critical_step_fraction * 2 / std::sqrt(1.02 * largest);
+  critical_step_ = spec_.critical_step_fraction * 2 / elastic_->highest_frequency(mass_, inverse_mass_);
   // Linear bulk viscosity b1 shortens the stable step by sqrt(1 + b1^2) - b1.
   if (damage_) critical_step_ *= std::sqrt(1 + 0.06 * 0.06) - 0.06;
-}
-
-std::vector<Spring> FemStructure::springs(const std::vector<Mat3>* frames) const {
-  std::vector<Spring> list = bearings_ ? bearings_->springs() : std::vector<Spring>{};
-  if (bars_) {
-    const std::vector<Spring> steel = bars_->springs(frames);
-    list.insert(list.end(), steel.begin(), steel.end());
-  }
-  return list;
-}
-
-const SymmetricMatrix& FemStructure::stiffness() {
-  if (stiffness_.n == 0) stiffness_ = assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs());
-  return stiffness_;
-}
-
-const CholeskyFactor& FemStructure::factor() {
-  if (factor_) return *factor_;
-  try {
-    factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
-  } catch (const NotEnoughMemory& e) {
-    bad(spec_, spec_.cell_size > 0 ? "cell_size" : "cells", fmt::format("{} cells", mesh_.hexes.size()), e.what(), "take larger cells, or fewer of them, or free memory");
-  }
-  return *factor_;
-}
-
-LinearSolver& FemStructure::multigrid() {
-  if (!multigrid_) {
-    const int nodes = static_cast<int>(mesh_.nodes.size());
-    DisjointSets bodies(nodes);
-    for (const auto& hex : mesh_.hexes)
-      for (const int n : hex) bodies.join(hex[0], n);
-    for (const HangingNode& h : mesh_.hanging)
-      for (const auto& [master, weight] : h.masters) bodies.join(h.node, master);
-    std::vector<Vec3> position(dofs_.size);
-    std::vector<int> direction(dofs_.size), body(dofs_.size);
-    for (int i = 0; i < nodes; ++i)
-      for (int c = 0; c < 3; ++c)
-        if (const int d = dofs_.number[i][c]; d >= 0) position[d] = mesh_.nodes[i], direction[d] = c, body[d] = bodies.root(i);
-    multigrid_ = make_multigrid(assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs()), position, direction, body);
-  }
-  return *multigrid_;
-}
-
-double FemStructure::first_frequency() {
-  // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
-  const int n = dofs_.size;
-  std::vector<double> m(n), x(n), y(n);
-  std::uint64_t seed = 1234567;
-  for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-    for (int c = 0; c < 3; ++c)
-      if (const int d = dofs_.number[i][c]; d >= 0) {
-        seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-        m[d] = built_mass_[i];   // what has come off since would make the answer hang on when it is asked for
-        x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
-      }
-  if (n > largest_factored_system) {   // solutions are dear: rough ones
-    constexpr double rough = 0.1;
-    AlignedVector u(u_.size()), f(u_.size());
-    const auto stiffness = [&](const VecX& from, VecX& to) {
-      std::fill(f.begin(), f.end(), 0.0);
-      scatter(dofs_, from, u);
-      discretisation_.distribute(u);
-      add_stiff_force(*operator_, bars_.get(), bearings_.get(), live_, u, f);
-      discretisation_.condense(f);
-      gather(dofs_, f, to);
-    };
-    const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
-    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6));
-  }
-  constexpr int most_iterations = 2000;   // frequencies that differ by 1 in 1000 take some 1500
-  double omega_sq = 0;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    for (int i = 0; i < n; ++i) x[i] *= m[i];
-    factor().solve(x.data(), y.data());
-    double numerator = 0, denominator = 0;  // y K y = y M x_old
-    for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
-    const double next = numerator / denominator;
-    const double scale = 1 / std::sqrt(denominator);
-    for (int i = 0; i < n; ++i) x[i] = y[i] * scale;
-    const bool done = std::abs(next - omega_sq) < 1e-6 * next;
-    omega_sq = next;
-    if (done) return std::sqrt(omega_sq);
-  }
-  throw NumericalFailure(fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang by next to nothing?", spec_.name, most_iterations));
 }
 
 void FemStructure::preload() {
@@ -355,9 +200,9 @@ void FemStructure::preload() {
   for (int pass = 0; pass < most_passes; ++pass) {
     if (n > largest_factored_system) {
       progress(report_, spec_, mesh_, pass == 0 ? "permanent load" : fmt::format("permanent load, pass {} of at most {}, {:.1e} of it left", pass + 1, most_passes, std::sqrt(residual / scale)));
-      iterations += multigrid().solve(b.data(), x.data(), once ? 1e-10 : 1e-4);   // no closer than a pass that is not linear comes to its balance
+      iterations += elastic_->multigrid().solve(b.data(), x.data(), once ? 1e-10 : 1e-4);   // no closer than a pass that is not linear comes to its balance
     } else {
-      factor().solve(b.data(), x.data());
+      elastic_->factor().solve(b.data(), x.data());
     }
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
       for (int c = 0; c < 3; ++c)
@@ -405,7 +250,7 @@ void FemStructure::preload() {
     return force.norm() / std::sqrt(size);
   };
   const auto solve = [&](const VecX& force, VecX& way) {
-    factor().solve(force.data(), way.data());
+    elastic_->factor().solve(force.data(), way.data());
   };
   const auto move = [&](const VecX& way) {
     for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)

@@ -22,7 +22,7 @@ std::vector<Key> structure_keys() {
       {.path = "structure.diameter", .type = Type::quantity, .dimension = length, .doc = "Diameter of a round section.", .min = 0, .above = true},
       {.path = "structure.wall_thickness", .type = Type::quantity, .dimension = length, .doc = "Wall of a hollow section.", .required = "if section is \"hollow\"", .min = 0, .above = true},
       {.path = "structure.height", .type = Type::quantity, .dimension = length, .doc = "Column: from base to top.", .required = "if kind is \"column\"", .min = 0, .above = true},
-      {.path = "structure.file", .type = Type::path, .doc = "Mesh: Gmsh .msh, or Abaqus/CalculiX .inp; hexahedra or tetrahedra, one of the two in each connected part.", .required = "if kind is \"mesh\""},
+      {.path = "structure.file", .type = Type::path, .doc = "Mesh: Gmsh .msh, or Abaqus/CalculiX .inp; hexahedra or tetrahedra, one of the two in each connected part. Hexahedra alone: .vtk and .unv too, whose groups are \"material 1\" and \"boundary 1\" by the numbers in the file.", .required = "if kind is \"mesh\""},
       {.path = "structure.orientation", .type = Type::table, .doc = "As block.orientation."},
       {.path = "structure.orientation.quaternion", .type = Type::quaternion, .dimension = number, .doc = "[w, x, y, z], Hamilton, body to world."},
       {.path = "structure.orientation.matrix", .type = Type::vectors, .dimension = number, .doc = "Three rows, body to world; written by the program into scene.resolved.json, where every bit counts."},

@@ -5,7 +5,8 @@
 
 namespace talus::fem {
 
-/// A disc of diameter 1 about the origin: five blocks refined `levels` times, quadrilaterals counter-clockwise.
+/// A disc of diameter 1 about the origin: five blocks refined `levels` times, quadrilaterals
+/// counter-clockwise.
 struct DiscMesh {
   std::vector<std::array<double, 2>> nodes;
   std::vector<std::array<int, 4>> quads;

@@ -25,10 +25,14 @@ using Vector = dealii::Vector<double>;
 
 constexpr unsigned vtk_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};  // deal.II numbers vertices lexicographically
 
-Vec3 position(const dealii::Point<3>& x) { return {x[0], x[1], x[2]}; }
+Vec3 position(const dealii::Point<3>& x) {
+  return {x[0], x[1], x[2]};
+}
 
 /// Place of a degree of freedom in fields of four numbers per node.
-std::size_t padded(dealii::types::global_dof_index dof) { return 4 * (dof / 3) + dof % 3; }
+std::size_t padded(dealii::types::global_dof_index dof) {
+  return 4 * (dof / 3) + dof % 3;
+}
 
 void create_coarse_cells(const HexMesh& mesh, Triangulation& grid) {
   std::vector<dealii::Point<3>> vertices;
@@ -36,7 +40,8 @@ void create_coarse_cells(const HexMesh& mesh, Triangulation& grid) {
   for (const Vec3& x : mesh.nodes) vertices.emplace_back(x.x(), x.y(), x.z());
   std::vector<dealii::CellData<3>> cells(mesh.hexes.size());
   for (std::size_t c = 0; c < cells.size(); ++c) {
-    for (unsigned a = 0; a < 8; ++a) cells[c].vertices[vtk_order[a]] = static_cast<unsigned>(mesh.hexes[c][a]);
+    for (unsigned a = 0; a < 8; ++a)
+      cells[c].vertices[vtk_order[a]] = static_cast<unsigned>(mesh.hexes[c][a]);
     if (!mesh.component.empty()) cells[c].material_id = static_cast<unsigned>(mesh.component[c]);
   }
   grid.create_triangulation(vertices, cells, dealii::SubCellData());
@@ -50,11 +55,13 @@ std::array<Vec3, 8> corners_of(const Cell& cell) {
 
 void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zones) {
   constexpr int most_halvings = 8;
-  for (int level = 0; level < most_halvings; ++level) {
+  for (int level = 0; level < most_halvings && !zones.empty(); ++level) {
     bool any = false;
     for (const Cell& cell : grid.active_cell_iterators()) {
       const std::array<Vec3, 8> corners = corners_of(cell);
-      if (std::none_of(zones.begin(), zones.end(), [&](const auto& zone) { return to_be_halved(corners, zone); })) continue;
+      if (std::none_of(zones.begin(), zones.end(),
+                       [&](const auto& zone) { return to_be_halved(corners, zone); }))
+        continue;
       cell->set_refine_flag();
       any = true;
     }
@@ -66,7 +73,8 @@ void refine(Triangulation& grid, std::span<const StructureSpec::Refinement> zone
 /// The cell across a face, of four smaller ones the first; -1: none.
 int neighbour(const Cell& cell, unsigned face) {
   if (cell->at_boundary(face)) return -1;
-  if (cell->face(face)->has_children()) return static_cast<int>(cell->neighbor_child_on_subface(face, 0)->active_cell_index());
+  if (cell->face(face)->has_children())
+    return static_cast<int>(cell->neighbor_child_on_subface(face, 0)->active_cell_index());
   return static_cast<int>(cell->neighbor(face)->active_cell_index());
 }
 
@@ -80,9 +88,11 @@ Discretisation::Discretisation(HexMesh coarse, std::span<const StructureSpec::Re
 }
 
 void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones) {
+  forget_cells();
   mesh_ = std::move(coarse);
   triangulation_ = std::make_unique<Triangulation>(Triangulation::limit_level_difference_at_vertices);
   dof_handler_ = std::make_unique<dealii::DoFHandler<3>>(*triangulation_);
+  hanging_ = std::make_unique<dealii::AffineConstraints<double>>();
   constraints_ = std::make_unique<dealii::AffineConstraints<double>>();
   create_coarse_cells(mesh_, *triangulation_);
   refine(*triangulation_, zones);
@@ -93,8 +103,9 @@ void Discretisation::reinit(HexMesh coarse, std::span<const StructureSpec::Refin
     for (unsigned v = 0; v < 8; ++v)
       for (unsigned c = 0; c < 3; ++c) number[cell->vertex_dof_index(v, c)] = 3 * cell->vertex_index(v) + c;
   dof_handler_->renumber_dofs(number);
-  dealii::DoFTools::make_hanging_node_constraints(*dof_handler_, *constraints_);
-  constraints_->close();
+  dealii::DoFTools::make_hanging_node_constraints(*dof_handler_, *hanging_);
+  hanging_->close();
+  constraints_->copy_from(*hanging_);
   take_new_nodes();
   take_cells();
   take_hanging_nodes();
@@ -112,14 +123,18 @@ void Discretisation::take_new_nodes() {
     if (std::exchange(known[middle], 1) != 0) return;
     for (std::set<int>& group : inside) {
       bool all = true;
-      for (unsigned v = 0; v < corners; ++v) all = all && group.count(static_cast<int>(body->vertex_index(v))) > 0;
+      for (unsigned v = 0; v < corners; ++v)
+        all = all && group.count(static_cast<int>(body->vertex_index(v))) > 0;
       if (all) group.insert(static_cast<int>(middle));
     }
   };
-  for (const auto& cell : triangulation_->cell_iterators()) {  // level by level: corners come before what lies between them
+  for (const auto& cell :
+       triangulation_->cell_iterators()) {  // level by level: corners come before what lies between them
     if (!cell->has_children()) continue;
-    for (const unsigned l : cell->line_indices()) halve(cell->line(l)->child(0)->vertex_index(1), cell->line(l), 2);
-    for (const unsigned f : cell->face_indices()) halve(cell->face(f)->isotropic_child(0)->vertex_index(3), cell->face(f), 4);
+    for (const unsigned l : cell->line_indices())
+      halve(cell->line(l)->child(0)->vertex_index(1), cell->line(l), 2);
+    for (const unsigned f : cell->face_indices())
+      halve(cell->face(f)->isotropic_child(0)->vertex_index(3), cell->face(f), 4);
     halve(cell->child(0)->vertex_index(7), cell, 8);
   }
   auto members = inside.begin();
@@ -128,7 +143,8 @@ void Discretisation::take_new_nodes() {
   const auto& hex = mesh_.hexes[0];
   const auto edges = [&](const std::vector<Vec3>& x) {
     Mat3 e;
-    for (int i = 0; i < 3; ++i) e.col(i) = x[static_cast<std::size_t>(hex[i == 0 ? 1 : i + 2])] - x[static_cast<std::size_t>(hex[0])];
+    for (int i = 0; i < 3; ++i)
+      e.col(i) = x[static_cast<std::size_t>(hex[i == 0 ? 1 : i + 2])] - x[static_cast<std::size_t>(hex[0])];
     return e;
   };
   const auto first = static_cast<std::size_t>(hex[0]);
@@ -153,7 +169,8 @@ void Discretisation::take_cells() {
   for (const auto& cell : dof_handler_->active_cell_iterators()) {
     const std::size_t i = cell->active_cell_index();
     cell->get_dof_indices(dofs);
-    for (unsigned a = 0; a < 8; ++a) mesh_.hexes[i][a] = static_cast<int>(dofs[element.component_to_system_index(0, vtk_order[a])] / 3);
+    for (unsigned a = 0; a < 8; ++a)
+      mesh_.hexes[i][a] = static_cast<int>(dofs[element.component_to_system_index(0, vtk_order[a])] / 3);
     for (const unsigned f : cell->face_indices()) mesh_.across[i][f] = neighbour(cell, f);
     if (!mesh_.component.empty()) mesh_.component[i] = static_cast<int>(cell->material_id());
     if (!number.empty()) mesh_.number.push_back(number[cell->id().get_coarse_cell_id()]);
@@ -168,18 +185,38 @@ void Discretisation::take_cells() {
 
 /// Constraints of one component: the three move alike.
 void Discretisation::take_hanging_nodes() {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     if (line.index % 3 != 0) continue;
     HangingNode& hanging = mesh_.hanging.emplace_back();
     hanging.node = static_cast<int>(line.index / 3);
-    for (const auto& [master, weight] : line.entries) hanging.masters.emplace_back(static_cast<int>(master / 3), weight);
+    for (const auto& [master, weight] : line.entries)
+      hanging.masters.emplace_back(static_cast<int>(master / 3), weight);
     std::sort(hanging.masters.begin(), hanging.masters.end());
   }
-  std::sort(mesh_.hanging.begin(), mesh_.hanging.end(), [](const HangingNode& a, const HangingNode& b) { return a.node < b.node; });
+  std::sort(mesh_.hanging.begin(), mesh_.hanging.end(),
+            [](const HangingNode& a, const HangingNode& b) { return a.node < b.node; });
+}
+
+void Discretisation::hold(const std::vector<std::array<bool, 3>>& held) {
+  constraints_->clear();
+  for (std::size_t n = 0; n < held.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (held[n][c] && !hanging_->is_constrained(3 * n + c)) constraints_->add_line(3 * n + c);
+  constraints_->merge(*hanging_);
+  constraints_->close();
+}
+
+DofMap Discretisation::free_dofs() const {
+  DofMap dofs;
+  dofs.number.assign(mesh_.nodes.size(), {-1, -1, -1});
+  for (std::size_t n = 0; n < dofs.number.size(); ++n)
+    for (std::size_t c = 0; c < 3; ++c)
+      if (!constraints_->is_constrained(3 * n + c)) dofs.number[n][c] = dofs.size++;
+  return dofs;
 }
 
 void Discretisation::distribute(AlignedVector& u) const {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     double sum = 0;
     for (const auto& [master, weight] : line.entries) sum += weight * u[padded(master)];
     u[padded(line.index)] = sum;
@@ -187,7 +224,7 @@ void Discretisation::distribute(AlignedVector& u) const {
 }
 
 void Discretisation::condense(AlignedVector& f) const {
-  for (const auto& line : constraints_->get_lines()) {
+  for (const auto& line : hanging_->get_lines()) {
     const double force = std::exchange(f[padded(line.index)], 0.0);
     for (const auto& [master, weight] : line.entries) f[padded(master)] += weight * force;
   }
@@ -197,17 +234,20 @@ std::vector<NodeImpulse> Discretisation::condense(std::span<const NodeImpulse> i
   std::vector<NodeImpulse> out;
   for (const NodeImpulse& p : impulses) {
     const HangingNode* h = hanging_node(mesh_, p.node);
-    if (h == nullptr) out.push_back(p);
+    if (h == nullptr)
+      out.push_back(p);
     else
       for (const auto& [master, weight] : h->masters) out.push_back({master, weight * p.impulse});
   }
   return out;
 }
 
-void Discretisation::interpolate(const Discretisation& before, const AlignedVector& from, AlignedVector& to) const {
+void Discretisation::interpolate(const Discretisation& before, const AlignedVector& from,
+                                 AlignedVector& to) const {
   Vector coarse(before.dof_handler_->n_dofs()), fine(dof_handler_->n_dofs());
   for (unsigned d = 0; d < coarse.size(); ++d) coarse[d] = from[padded(d)];
-  dealii::VectorTools::interpolate_to_different_mesh(*before.dof_handler_, coarse, *dof_handler_, *constraints_, fine);
+  dealii::VectorTools::interpolate_to_different_mesh(*before.dof_handler_, coarse, *dof_handler_, *hanging_,
+                                                     fine);
   for (unsigned d = 0; d < fine.size(); ++d) to[padded(d)] = fine[d];
 }
 

@@ -1,15 +1,19 @@
-/// The finite-element space of a structure, by deal.II: trilinear hexahedra with three displacements at each vertex.
+/// The finite-element space of a structure, by deal.II: trilinear hexahedra with three displacements at each
+/// vertex.
 ///
-///   u_h(x) = sum_i N_i(x) u_i          dealii::FESystem(FE_Q(1), 3) on the active cells of a dealii::Triangulation<3>
-///   u = C u_m,   f_m = C^T f           dealii::AffineConstraints: a hanging node is a mean of the nodes it hangs between
+///   u_h(x) = sum_i N_i(x) u_i          dealii::FESystem(FE_Q(1), 3) on the active cells of a
+///   dealii::Triangulation<3> u = C u_m,   f_m = C^T f           dealii::AffineConstraints: a hanging node is
+///   a mean of the nodes it hangs between; u = 0 at supports
 ///
-/// Degree of freedom 3 n + c is component c of vertex n of the triangulation. The kernels, laws, bars and contact read plain
-/// tables (HexMesh) that are taken once from the active cells of the DoFHandler; their fields hold four numbers per node.
+/// Degree of freedom 3 n + c is component c of vertex n of the triangulation. The kernels, laws, bars and
+/// contact read plain tables (HexMesh) that are taken once from the active cells of the DoFHandler; their
+/// fields hold four numbers per node.
 ///
 /// symbol   meaning                                             unit   shape
 /// u        displacements, velocities                           any    nodes x 4 (padded)
 /// f        forces                                              any    nodes x 4
 #pragma once
+#include <array>
 #include <memory>
 #include <span>
 #include <vector>
@@ -28,13 +32,32 @@ class AffineConstraints;
 
 namespace talus::fem {
 
+/// Numbers of the free degrees of freedom: 3 per node, -1 where held or where the node is not part of the
+/// structure any more.
+struct DofMap {
+  std::vector<std::array<int, 3>> number;
+  int size = 0;
+};
+
+/// Between nodal fields (nodes x 4) and free degrees of freedom.
+inline void gather(const DofMap& dofs, const AlignedVector& from, VecX& to) {
+  for (std::size_t i = 0; i < dofs.number.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs.number[i][c]; d >= 0) to[d] = from[4 * i + c];
+}
+inline void scatter(const DofMap& dofs, const VecX& from, AlignedVector& to) {
+  for (std::size_t i = 0; i < dofs.number.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = dofs.number[i][c]; d >= 0) to[4 * i + c] = from[d];
+}
+
 class Discretisation {
  public:
   Discretisation();
   explicit Discretisation(HexMesh coarse, std::span<const StructureSpec::Refinement> zones = {});
   ~Discretisation();
-  /// Cells of the coarse mesh are halved in every zone until they are as small as the zone asks for; cells that share a
-  /// vertex differ by one halving at most. A zone that meets no cell changes nothing.
+  /// Cells of the coarse mesh are halved in every zone until they are as small as the zone asks for; cells
+  /// that share a vertex differ by one halving at most. A zone that meets no cell changes nothing.
   void reinit(HexMesh coarse, std::span<const StructureSpec::Refinement> zones = {});
   Discretisation(const Discretisation&) = delete;
   Discretisation& operator=(const Discretisation&) = delete;
@@ -43,8 +66,14 @@ class Discretisation {
   /// Of no further use once forget_cells() has been called.
   const dealii::Triangulation<3, 3>& triangulation() const { return *triangulation_; }
   const dealii::DoFHandler<3, 3>& dof_handler() const { return *dof_handler_; }
-  /// Of the hanging nodes alone: what a support holds still bears forces.
-  const dealii::AffineConstraints<double>& hanging_node_constraints() const { return *constraints_; }
+  /// Of the hanging nodes alone, by which motion is distributed and forces are condensed: a support bears
+  /// what comes to it.
+  const dealii::AffineConstraints<double>& hanging_node_constraints() const { return *hanging_; }
+  /// Of hanging nodes and supports: the degrees of freedom that are left are those of K u = f.
+  const dealii::AffineConstraints<double>& constraints() const { return *constraints_; }
+  /// Supports: u = 0 where held[node][component].
+  void hold(const std::vector<std::array<bool, 3>>& held);
+  DofMap free_dofs() const;
 
   /// u := C u: what hangs follows.
   void distribute(AlignedVector& u) const;
@@ -53,7 +82,8 @@ class Discretisation {
   /// Impulses by the nodes that carry them.
   std::vector<NodeImpulse> condense(std::span<const NodeImpulse> impulses) const;
 
-  /// The field `from` of a space on the same coarse mesh, whose cells are these or larger, as one of this space. Both keep their cells.
+  /// The field `from` of a space on the same coarse mesh, whose cells are these or larger, as one of this
+  /// space. Both keep their cells.
   void interpolate(const Discretisation& before, const AlignedVector& from, AlignedVector& to) const;
 
   /// Frees triangulation and DoFHandler, some 1.5 kB a cell, when no cell will be halved any more.
@@ -67,7 +97,7 @@ class Discretisation {
   HexMesh mesh_;
   std::unique_ptr<dealii::Triangulation<3, 3>> triangulation_;
   std::unique_ptr<dealii::DoFHandler<3, 3>> dof_handler_;
-  std::unique_ptr<dealii::AffineConstraints<double>> constraints_;
+  std::unique_ptr<dealii::AffineConstraints<double>> hanging_, constraints_;
 };
 
 }  // namespace talus::fem

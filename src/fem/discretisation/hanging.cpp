@@ -24,8 +24,8 @@ std::vector<SkinQuad> cut_at_middles(const HexMesh& mesh, const std::vector<Skin
   for (const SkinQuad& q : quads) there.insert(q.node.begin(), q.node.end());
   std::vector<SkinQuad> out;
   for (const SkinQuad& q : quads) {
-    std::vector<int>
-        rim;  // from a middle on, so that no triangle of a fan about it has its corners on one line
+    // From a middle on, so that no triangle of a fan about it has its corners on one line.
+    std::vector<int> rim;
     std::size_t first = 0;
     for (std::size_t k = 0; k < 4; ++k) {
       const int a = q.node[k], b = q.node[(k + 1) % 4];

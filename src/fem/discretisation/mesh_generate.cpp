@@ -6,6 +6,7 @@
 
 #include "core/memory.hpp"
 #include "fem/discretisation/disc.hpp"
+#include "fem/discretisation/grid_in.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
 #include "fem/discretisation/lattice.hpp"
 #include "fem/spec_error.hpp"
@@ -196,7 +197,7 @@ double cell_count(const StructureSpec& spec) {
 }
 
 HexMesh make_mesh(const StructureSpec& spec) {
-  if (spec.kind == "mesh") return read_mesh(spec);
+  if (spec.kind == "mesh") return is_grid_file(spec.file) ? read_grid(spec) : read_mesh(spec);
   check_count(spec);
   HexMesh mesh = spec.kind == "viaduct" ? viaduct_mesh(spec) : prismatic_mesh(spec);
   check_refinements(spec, mesh);

@@ -7,7 +7,7 @@
 
 #include "core/error.hpp"
 #include "core/solid_mesh.hpp"
-#include "fem/discretisation/hex_mesh.hpp"
+#include "fem/discretisation/grid_in.hpp"
 
 namespace talus::fem {
 namespace {
@@ -83,12 +83,32 @@ void check_meetings(const SolidMesh& mesh, const StructureSpec& spec) {
 
 }  // namespace
 
+void place_file_mesh(HexMesh& mesh, const StructureSpec& spec) {
+  mesh.local = mesh.nodes;
+  // With "centred" the volume centroid goes to the position; without, the coordinates are the world's, moved by it.
+  bool centred = false;
+  for (const auto& [key, value] : spec.parameters) centred = centred || (key == "centred" && value != 0);
+  Vec3 pivot = Vec3::Zero();
+  if (centred) {
+    double volume = 0;
+    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
+      for (int q = 0; q < 8; ++q) {
+        const double w = jacobian(mesh, cell, gauss_point(q)).determinant();
+        const auto shape = shape_values(gauss_point(q));
+        for (int a = 0; a < 8; ++a) pivot += w * shape[a] * mesh.nodes[mesh.hexes[cell][a]];
+        volume += w;
+      }
+    if (volume != 0) pivot /= volume;
+  }
+  for (Vec3& x : mesh.nodes) x = spec.rotation * (x - pivot) + spec.position;
+}
+
 HexMesh read_mesh(const StructureSpec& spec) {
   if (!is_solid_mesh_file(spec.file)) {
     Problem p;
     p.key = "structure." + spec.name + ".file";
     p.value = spec.file;
-    p.rule = "Gmsh .msh and Abaqus/CalculiX .inp are read";
+    p.rule = "Gmsh .msh and Abaqus/CalculiX .inp are read, of hexahedra .vtk and .unv too";
     p.remedy = "export the mesh in one of these formats";
     throw InputError(p);
   }
@@ -121,23 +141,7 @@ HexMesh read_mesh(const StructureSpec& spec) {
     for (int n : nodes)
       if (number[n] >= 0) list.push_back(number[n]);
   }
-  mesh.local = mesh.nodes;
-  // With "centred" the volume centroid goes to the position; without, the coordinates are the world's, moved by it.
-  bool centred = false;
-  for (const auto& [key, value] : spec.parameters) centred = centred || (key == "centred" && value != 0);
-  Vec3 pivot = Vec3::Zero();
-  if (centred) {
-    double volume = 0;
-    for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell)
-      for (int q = 0; q < 8; ++q) {
-        const double w = jacobian(mesh, cell, gauss_point(q)).determinant();
-        const auto shape = shape_values(gauss_point(q));
-        for (int a = 0; a < 8; ++a) pivot += w * shape[a] * mesh.nodes[mesh.hexes[cell][a]];
-        volume += w;
-      }
-    if (volume != 0) pivot /= volume;
-  }
-  for (Vec3& x : mesh.nodes) x = spec.rotation * (x - pivot) + spec.position;
+  place_file_mesh(mesh, spec);
   return mesh;
 }
 

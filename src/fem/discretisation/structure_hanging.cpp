@@ -47,6 +47,7 @@ void FemStructure::make_cells() {
 }
 
 bool FemStructure::refinable() const {
+  if (impact_refinement(spec_).cell_size == 0) return false;   // its triangulation is gone
   // What has been at rest since the start is in the state that its permanent load brings it to; that of finer cells has its own cracks.
   const bool unmoved = still_ && !(reference_kinetic_ > 1e-14 * std::abs(stored_part_));
   return (!damage_ || damage_->cells().empty() || unmoved) && !supports_.nodes.empty() && std::find(live_.begin(), live_.end(), 0) == live_.end() && (!bars_ || bars_->dissipation() == 0);

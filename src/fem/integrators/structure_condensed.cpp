@@ -94,7 +94,7 @@ double FemStructure::lowest_frequency() const {
   if (lowest_frequency_ != 0) return lowest_frequency_;
   lowest_frequency_ = -1;
   try {
-    const double omega = omega_1_ > 0 ? omega_1_ : const_cast<FemStructure*>(this)->first_frequency();
+    const double omega = omega_1_ > 0 ? omega_1_ : elastic_->first_frequency(built_mass_);
     if (omega * critical_step_ > 1e-6) lowest_frequency_ = omega;
   } catch (const std::exception& e) {
     // Supports that leave it free to move, or no room for the factor: explicit steps need none.
@@ -191,7 +191,7 @@ Condensed& FemStructure::condensed(double h) {
   if (!condensed_) condensed_.reset(new Condensed);
   Condensed& c = *condensed_;
   const int n = dofs_.size;
-  stiffness();
+  elastic_->stiffness();
   if (c.mass.empty()) {
     if (!c.levels.empty()) c.spent = std::move(c.levels.back());
     c.levels.clear();
@@ -203,7 +203,7 @@ Condensed& FemStructure::condensed(double h) {
         if (const int d = dofs_.number[i][k]; d >= 0 && mass_[i] > 0) c.mass[d] = mass_[i], c.moves[d] = 1;
     const bool whole = frames_.empty() && std::all_of(live_.begin(), live_.end(), [](char on) { return on != 0; });
     const std::vector<Mat3>* frames = frames_.empty() ? nullptr : &frames_;
-    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, springs(frames), &live_, frames, &stiffness_);
+    c.stiffness = whole ? SymmetricMatrix{} : assemble_stiffness(mesh_, dofs_, shear_, bulk_, elastic_->springs(frames), &live_, frames, &elastic_->stiffness());
   }
   // Twelve digits: intervals that differ by rounding share one factor, and a restart finds the same step.
   const double key = std::strtod(fmt::format("{:.11e}", h).c_str(), nullptr);
@@ -220,8 +220,8 @@ Condensed& FemStructure::condensed(double h) {
     c.spent = std::move(c.levels.front());
     c.levels.erase(c.levels.begin());
   }
-  factor_.reset();   // that of the structure at rest is made again where it is asked for
-  const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : stiffness_;
+  elastic_->forget_factor();   // that of the structure at rest is made again where it is asked for
+  const SymmetricMatrix& k = c.stiffness.n > 0 ? c.stiffness : elastic_->stiffness();
   std::unique_ptr<Condensed::Level> level = std::move(c.spent);
   if (level) level->factor.again(k, shift, c.mass, &c.ordering);
   else level.reset(new Condensed::Level{0, {k, shift, c.mass, &c.ordering}, 0, 0, {}});
@@ -260,8 +260,8 @@ void FemStructure::drop_condensed_levels() {
 
 double FemStructure::memory_of_condensed_steps() {
   if (!condensable()) return 0;
-  const std::size_t factor_bytes = factor().bytes();   // stands now, and makes way for the first of them
-  const std::size_t followed = finite_ ? stiffness().value.size() * (sizeof(double) + sizeof(int)) : 0;   // K that has turned or cracked, beside that as built
+  const std::size_t factor_bytes = elastic_->factor().bytes();   // stands now, and makes way for the first of them
+  const std::size_t followed = finite_ ? elastic_->stiffness().value.size() * (sizeof(double) + sizeof(int)) : 0;   // K that has turned or cracked, beside that as built
   return static_cast<double>((levels_kept(factor_bytes) - 1) * factor_bytes + room_of_columns(dofs_.size) + followed);
 }
 
@@ -339,7 +339,7 @@ void FemStructure::begin_condensed(double t, double h, bool smoothed) {
   const int n = dofs_.size;
   VecX v(n), stiff(n), rhs(n), push = VecX::Zero(n);
   gather(dofs_, v_, v);
-  (c.stiffness.n > 0 ? c.stiffness : stiffness_).multiply(v.data(), stiff.data());
+  (c.stiffness.n > 0 ? c.stiffness : elastic_->stiffness()).multiply(v.data(), stiff.data());
   AlignedVector mean(f_ext_);
   if (!loads_.empty()) {
     external_force(t + h);

@@ -21,7 +21,7 @@ constexpr double slow_change = 0.025;   // of a step from the last one
 void FemStructure::begin_leapfrog(double h) {
   const bool cracked = damage_ && !damage_->cells().empty();   // softer than K, and what opens and closes there is slow
   if (cracked || partition_ || dofs_.size > largest_factored_system) return;
-  const SymmetricMatrix& k = stiffness();
+  const SymmetricMatrix& k = elastic_->stiffness();
   VecX v(dofs_.size), force(dofs_.size), x(dofs_.size), mass(dofs_.size);
   gather(dofs_, v_, v);
   for (std::size_t node = 0; node < mass_.size(); ++node)

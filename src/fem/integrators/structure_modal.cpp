@@ -32,16 +32,16 @@ LinearDynamics& FemStructure::linear_dynamics() {
   for (std::size_t i = 0; i < built_mass_.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) l.mass[d] = built_mass_[i], weight[d] = built_mass_[i] * gravity_[c];
-  factor().solve(weight.data(), l.gravity.data());
+  elastic_->factor().solve(weight.data(), l.gravity.data());
   drop_condensed_levels();   // not both at a time: the search is the largest thing that a structure holds
-  l.modes = lowest_modes(factor(), {l.mass.data(), l.mass.data() + n}, modes_);
+  l.modes = lowest_modes(elastic_->factor(), {l.mass.data(), l.mass.data() + n}, modes_);
   l.pattern = MatX::Zero(n, loads);
   MatX statics(n, loads);
   for (int k = 0; k < loads; ++k) {
     for (std::size_t i = 0; i < loads_[k].node.size(); ++i)
       for (int c = 0; c < 3; ++c)
         if (const int d = dofs_.number[loads_[k].node[i]][c]; d >= 0) l.pattern(d, k) += loads_[k].force[i][c];
-    factor().solve(l.pattern.col(k).data(), statics.col(k).data());
+    elastic_->factor().solve(l.pattern.col(k).data(), statics.col(k).data());
   }
   l.participation = l.modes.phi.transpose() * l.pattern;
   l.correction = statics - l.modes.phi * l.modes.omega.cwiseAbs2().cwiseInverse().asDiagonal() * l.participation;
@@ -57,7 +57,7 @@ std::vector<double> FemStructure::frequencies(int count) {
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c)
       if (const int d = dofs_.number[i][c]; d >= 0) m[d] = mass_[i];
-  const ModalBasis modes = lowest_modes(factor(), m, count);
+  const ModalBasis modes = lowest_modes(elastic_->factor(), m, count);
   return {modes.omega.data(), modes.omega.data() + modes.omega.size()};
 }
 
@@ -110,7 +110,7 @@ bool FemStructure::project(double t) {
   l.q = l.modes.phi.transpose() * l.mass.cwiseProduct(w);
   l.rate = l.modes.phi.transpose() * l.mass.cwiseProduct(v);
   const VecX left = w - l.modes.phi * l.q, left_rate = v - l.modes.phi * l.rate;
-  stiffness_.multiply(left.data(), stiff.data());
+  elastic_->stiffness().multiply(left.data(), stiff.data());
   l.rest_energy = 0.5 * (left.dot(stiff) + left_rate.dot(l.mass.cwiseProduct(left_rate)));
   l.rest_amplitude = 1;
   const VecX& omega = l.modes.omega;

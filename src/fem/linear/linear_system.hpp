@@ -10,15 +10,10 @@
 #include <memory>
 #include <vector>
 
+#include "fem/discretisation/discretisation.hpp"
 #include "fem/kernels/assumed_strain.hpp"
 
 namespace talus::fem {
-
-/// Numbers of the free degrees of freedom: 3 per node, -1 where held or where the node is not part of the structure any more.
-struct DofMap {
-  std::vector<std::array<int, 3>> number;
-  int size = 0;
-};
 
 struct SymmetricMatrix {
   int n = 0;

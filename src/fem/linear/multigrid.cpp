@@ -1,9 +1,11 @@
-// Conjugate gradients over Trilinos' own interfaces: Epetra matrix, ML preconditioner.
+// deal.II's conjugate gradients with Trilinos' smoothed aggregation (ML).
 #include <Epetra_CrsMatrix.h>
 #include <Epetra_Map.h>
 #include <Epetra_MpiComm.h>
 #include <Epetra_Vector.h>
 #include <Teuchos_ParameterList.hpp>
+#include <deal.II/lac/solver_cg.h>
+#include <deal.II/lac/vector.h>
 #include <fmt/format.h>
 #include <ml_MultiLevelPreconditioner.h>
 #include <mpi.h>
@@ -77,39 +79,39 @@ class Multigrid : public LinearSolver {
   }
 
   int solve(const double* b, double* x, double tolerance) override {
-    constexpr int most_iterations = 500;
-    const Eigen::Map<const VecX> rhs(b, n_);
-    Eigen::Map<VecX> solution(x, n_);
-    VecX r = rhs, z(n_), p(n_), q(n_);
-    const double enough = tolerance * rhs.norm();
-    double rz = 0;
-    int iteration = 0;
-    solution.setZero();
-    for (; r.norm() > enough && iteration < most_iterations; ++iteration) {
-      Epetra_Vector from = vector(r), to = vector(z);
-      require(preconditioner_->ApplyInverse(from, to), "a cycle of the preconditioner");
-      const double last = rz;
-      rz = r.dot(z);
-      if (iteration == 0) p = z;
-      else p = z + (rz / last) * p;
-      multiply(p, q);
-      const double step = rz / p.dot(q);
-      solution += step * p;
-      r -= step * q;
+    constexpr unsigned most_iterations = 500;
+    Vector rhs(b, b + n_), solution(rhs.size()), left(rhs.size());
+    dealii::SolverControl control(most_iterations, tolerance * rhs.l2_norm());
+    try {
+      dealii::SolverCG<Vector>(control).solve(Stiffness{*this}, solution, rhs, Cycle{*this});
+    } catch (const dealii::SolverControl::NoConvergence&) {   // judged by what is left
     }
-    multiply(solution, q);
-    if (const double left = (rhs - q).norm(); !(left <= 10 * enough))
-      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations", left, iteration));
-    return iteration;
+    multiply(solution, left);
+    left.sadd(-1, 1, rhs);
+    if (!(left.l2_norm() <= 10 * control.tolerance()))
+      throw NumericalFailure(fmt::format("Multigrid reached a residual of {:.3g} N only after {} iterations", left.l2_norm(), control.last_step()));
+    std::copy(solution.begin(), solution.end(), x);
+    return static_cast<int>(control.last_step());
   }
 
  private:
+  using Vector = dealii::Vector<double>;
+  struct Stiffness {
+    const Multigrid& of;
+    void vmult(Vector& y, const Vector& x) const { of.multiply(x, y); }
+  };
+  struct Cycle {
+    const Multigrid& of;
+    void vmult(Vector& z, const Vector& r) const {
+      Epetra_Vector from = of.view(r), to = of.view(z);
+      require(of.preconditioner_->ApplyInverse(from, to), "a cycle of the preconditioner");
+    }
+  };
   struct Entry { int row, column; double value; };
 
-  Epetra_Vector vector(const VecX& x) const { return {View, map_, const_cast<double*>(x.data())}; }
-  template <class V>
-  void multiply(const V& x, VecX& y) const {
-    Epetra_Vector from(View, map_, const_cast<double*>(x.data())), to(View, map_, y.data());
+  Epetra_Vector view(const Vector& x) const { return {View, map_, const_cast<double*>(x.begin())}; }
+  void multiply(const Vector& x, Vector& y) const {
+    Epetra_Vector from = view(x), to = view(y);
     require(matrix_->Multiply(false, from, to), "a product with the stiffness");
     for (const Entry& e : between_) y[e.row] += e.value * x[e.column], y[e.column] += e.value * x[e.row];
   }

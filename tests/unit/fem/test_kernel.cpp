@@ -35,20 +35,33 @@ AlignedVector random_field(std::size_t nodes, double scale, unsigned seed) {
   return u;
 }
 
-void compare(const HexMesh& mesh, CellShape expected_shape) {
-  EXPECT_EQ(shape_of(mesh, 0), expected_shape);
+/// Forces of the kernels, and of the assembled stiffness, at random displacements.
+void compare(const HexMesh& given, CellShape expected_shape, std::span<const StructureSpec::Refinement> zones = {}) {
+  EXPECT_EQ(shape_of(given, 0), expected_shape);
   const double shear = 14e9, bulk = 18e9;
+  const Discretisation cells(given, zones);
+  const HexMesh& mesh = cells.mesh();
   ElementOperator op(mesh, shear, bulk, false);
-  const AlignedVector u = random_field(mesh.nodes.size(), 1e-3, 7);
-  AlignedVector f(u.size(), 0.0);
+  AlignedVector u = random_field(mesh.nodes.size(), 1e-3, 7), f(u.size(), 0.0);
+  cells.distribute(u);
   op.add_internal_force(u.data(), f.data(), false, false);
+  cells.condense(f);
+  const DofMap dofs = cells.free_dofs();
+  VecX free(dofs.size), assembled(dofs.size);
+  gather(dofs, u, free);
+  assemble_stiffness(mesh, dofs, shear, bulk).multiply(free.data(), assembled.data());
+  AlignedVector by_matrix(u.size(), 0.0);
+  scatter(dofs, assembled, by_matrix);
   std::vector<double> flat;
   for (std::size_t i = 0; i < u.size(); ++i)
     if (i % 4 != 3) flat.push_back(u[i]);
-  const std::vector<double> expected = reference_internal_force(mesh, shear, bulk, flat);
+  const std::vector<double> expected = reference_internal_force(cells, shear, bulk, flat);
   double scale = 0;
   for (double e : expected) scale = std::max(scale, std::abs(e));
-  for (std::size_t i = 0; i < expected.size(); ++i) ASSERT_NEAR(f[4 * (i / 3) + i % 3], expected[i], 1e-13 * scale);
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    ASSERT_NEAR(f[4 * (i / 3) + i % 3], expected[i], 1e-13 * scale);
+    ASSERT_NEAR(by_matrix[4 * (i / 3) + i % 3], expected[i], 1e-13 * scale);
+  }
 }
 }  // namespace
 
@@ -60,6 +73,33 @@ TEST(Kernel, EqualsDealiiOnAffineCells) {
   shear << 1, 0.2, 0.1, -0.3, 1, 0.4, 0.1, -0.2, 1;
   for (Vec3& x : mesh.nodes) x = shear * x;
   compare(mesh, CellShape::affine);
+}
+TEST(Kernel, EqualsDealiiAtHangingNodes) {
+  const std::vector<StructureSpec::Refinement> zones{{Box3(Vec3(0, 0, 0), Vec3(1, 1, 1)), 0.1}};
+  const HexMesh mesh = block(3, 0.2);
+  ASSERT_GT(Discretisation(mesh, zones).mesh().hanging.size(), 20u);
+  compare(mesh, CellShape::general, zones);
+}
+
+/// Nodal masses are the row sums of deal.II's consistent mass, in cells that lean and where nodes hang; they are the mass of the body.
+TEST(Kernel, MassesAreRowSumsOfDealiis) {
+  StructureSpec s = talus::fem::test::cantilever(3, 6);
+  s.section = "round", s.rotation = Eigen::AngleAxisd(0.4, Vec3(1, 2, 3).normalized()).toRotationMatrix(), s.supports.clear(), s.probes.clear();
+  s.refinements = {{Box3(Vec3(-9, -9, -9), Vec3(9, 9, 6)), 0.3}};
+  s.parameters.emplace_back("local_refinement", 1);
+  const FemStructure structure(s, Vec3::Zero(), talus::fem::test::silent);
+  StructureSpec coarse = s;
+  coarse.refinements.clear();
+  const Discretisation cells(make_mesh(coarse), s.refinements);
+  ASSERT_GT(cells.mesh().hanging.size(), 20u);
+  const std::vector<double> expected = reference_masses(cells, s.density);
+  double sum = 0, volume = 0;
+  for (std::size_t n = 0; n < expected.size(); ++n) {
+    ASSERT_NEAR(structure.node_mass(static_cast<int>(n)), expected[n], 1e-12 * expected[0]);
+    sum += expected[n];
+  }
+  for (const double v : cell_volumes(cells.mesh())) volume += v;
+  EXPECT_NEAR(sum / (s.density * volume), 1, 1e-12);
 }
 
 TEST(Kernel, BulkViscosityTurnsWithItsElement) {

@@ -1,0 +1,88 @@
+#include "fem/discretisation/grid_in.hpp"
+
+#include <deal.II/base/exceptions.h>
+#include <deal.II/grid/grid_in.h>
+#include <deal.II/grid/tria.h>
+
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <set>
+#include <sstream>
+
+#include "core/error.hpp"
+
+namespace talus::fem {
+namespace {
+
+std::string ending(const std::string& path) {
+  std::string text = std::filesystem::path(path).extension().string();
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+[[noreturn]] void refuse(const StructureSpec& spec, const std::string& value, const std::string& rule) {
+  Problem p;
+  p.file = spec.file;
+  p.key = "structure." + spec.name + ".file";
+  p.value = value;
+  p.rule = rule;
+  p.remedy = "write the mesh as Gmsh .msh or Abaqus .inp, whose messages name the line";
+  throw InputError(p);
+}
+
+/// The line of a deal.II exception that says what is wrong.
+std::string reason(const dealii::ExceptionBase& e) {
+  std::ostringstream text;
+  e.print_info(text);
+  std::string line, all;
+  for (std::istringstream in(text.str()); std::getline(in, line);)
+    if (const auto from = line.find_first_not_of(" \t"); from != std::string::npos)
+      all += (all.empty() ? "" : " ") + line.substr(from);
+  return all.empty() ? e.get_exc_name() : all;
+}
+
+void read(const StructureSpec& spec, dealii::Triangulation<3>& grid) {
+  std::ifstream in(spec.file);
+  if (!in) refuse(spec, "", "the file cannot be opened");
+  dealii::GridIn<3> reader(grid);
+  try {
+    ending(spec.file) == ".vtk" ? reader.read_vtk(in) : reader.read_unv(in);
+  } catch (const dealii::ExceptionBase& e) {
+    refuse(spec, reason(e), "deal.II's GridIn does not read it");
+  }
+  if (!grid.all_reference_cells_are_hyper_cube())
+    refuse(spec, "tetrahedra, wedges or pyramids", "of this format hexahedra alone are read");
+}
+
+}  // namespace
+
+bool is_grid_file(const std::string& path) {
+  return ending(path) == ".vtk" || ending(path) == ".unv";
+}
+
+HexMesh read_grid(const StructureSpec& spec) {
+  constexpr unsigned vtk_order[8] = {0, 1, 3, 2, 4, 5, 7, 6};
+  dealii::Triangulation<3> grid;
+  read(spec, grid);
+  HexMesh mesh;
+  for (const dealii::Point<3>& x : grid.get_vertices()) mesh.nodes.emplace_back(x[0], x[1], x[2]);
+  std::map<std::string, std::set<int>> groups;
+  for (const auto& cell : grid.active_cell_iterators()) {
+    std::array<int, 8>& hex = mesh.hexes.emplace_back();
+    for (unsigned a = 0; a < 8; ++a) hex[a] = static_cast<int>(cell->vertex_index(vtk_order[a]));
+    groups["material " + std::to_string(cell->material_id())].insert(hex.begin(), hex.end());
+    for (const unsigned f : cell->face_indices())
+      if (cell->at_boundary(f))
+        for (const unsigned v : cell->face(f)->vertex_indices())
+          groups["boundary " + std::to_string(cell->face(f)->boundary_id())].insert(
+              static_cast<int>(cell->face(f)->vertex_index(v)));
+  }
+  for (const auto& [name, nodes] : groups) mesh.node_groups[name].assign(nodes.begin(), nodes.end());
+  place_file_mesh(mesh, spec);
+  return mesh;
+}
+
+}  // namespace talus::fem

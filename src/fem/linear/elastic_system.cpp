@@ -1,0 +1,179 @@
+#include "fem/linear/elastic_system.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/disjoint_sets.hpp"
+#include "core/error.hpp"
+#include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/not_enough_memory.hpp"
+#include "fem/spec_error.hpp"
+
+namespace talus::fem {
+
+void ElasticSystem::apply(AlignedVector& x, AlignedVector& y) const {
+  std::fill(y.begin(), y.end(), 0.0);
+  p_.cells.distribute(x);
+  p_.elements.add_internal_force(x.data(), y.data(), false, false);
+  if (p_.bars) {
+    // Their stiffness by a difference, so small that neither rotation nor yielding shows.
+    double most = 0;
+    for (double value : x) most = std::max(most, std::abs(value));
+    const double factor = 1e-7 / most;
+    AlignedVector probe(x), zero(x.size(), 0.0), with(x.size(), 0.0), without(x.size(), 0.0);
+    for (double& value : probe) value *= factor;
+    p_.bars->add_forces(probe.data(), 0, p_.live, with.data());
+    p_.bars->add_forces(zero.data(), 0, p_.live, without.data());
+    for (std::size_t i = 0; i < x.size(); ++i) y[i] += (with[i] - without[i]) / factor;
+  }
+  for (const Spring& spring : p_.bearings ? p_.bearings->springs() : std::vector<Spring>{}) {
+    Vec3 d = Vec3::Zero();
+    for (std::size_t k = 0; k < spring.node.size(); ++k)
+      d += spring.weight[k] *
+           Vec3(x[4 * spring.node[k]], x[4 * spring.node[k] + 1], x[4 * spring.node[k] + 2]);
+    const Vec3 force = spring.stiffness * d;
+    for (std::size_t k = 0; k < spring.node.size(); ++k)
+      for (int c = 0; c < 3; ++c) y[4 * spring.node[k] + c] += spring.weight[k] * force[c];
+  }
+  p_.cells.condense(y);
+}
+
+std::vector<Spring> ElasticSystem::springs(const std::vector<Mat3>* frames) const {
+  std::vector<Spring> list = p_.bearings ? p_.bearings->springs() : std::vector<Spring>{};
+  if (p_.bars) {
+    const std::vector<Spring> steel = p_.bars->springs(frames);
+    list.insert(list.end(), steel.begin(), steel.end());
+  }
+  return list;
+}
+
+const SymmetricMatrix& ElasticSystem::stiffness() {
+  if (stiffness_.n == 0)
+    stiffness_ = assemble_stiffness(p_.cells.mesh(), p_.dofs, p_.shear, p_.bulk, springs());
+  return stiffness_;
+}
+
+const CholeskyFactor& ElasticSystem::factor() {
+  if (factor_) return *factor_;
+  try {
+    factor_ = std::make_unique<CholeskyFactor>(stiffness(), 0.0, std::vector<double>{});
+  } catch (const NotEnoughMemory& e) {
+    bad(p_.spec, p_.spec.cell_size > 0 ? "cell_size" : "cells",
+        fmt::format("{} cells", p_.cells.mesh().hexes.size()), e.what(),
+        "take larger cells, or fewer of them, or free memory");
+  }
+  return *factor_;
+}
+
+LinearSolver& ElasticSystem::multigrid() {
+  if (multigrid_) return *multigrid_;
+  const HexMesh& mesh = p_.cells.mesh();
+  const int nodes = static_cast<int>(mesh.nodes.size());
+  DisjointSets bodies(nodes);
+  for (const auto& hex : mesh.hexes)
+    for (const int n : hex) bodies.join(hex[0], n);
+  for (const HangingNode& h : mesh.hanging)
+    for (const auto& [master, weight] : h.masters) bodies.join(h.node, master);
+  std::vector<Vec3> position(p_.dofs.size);
+  std::vector<int> direction(p_.dofs.size), body(p_.dofs.size);
+  for (int i = 0; i < nodes; ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = p_.dofs.number[i][c]; d >= 0)
+        position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
+  multigrid_ = make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position,
+                              direction, body);
+  return *multigrid_;
+}
+
+double ElasticSystem::highest_frequency(const std::vector<double>& mass,
+                                        const AlignedVector& inverse_mass) const {
+  // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from
+  // below.
+  const std::size_t n = inverse_mass.size();
+  const int steps = 40;
+  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0), masses(n);
+  using Vector = Eigen::Map<Eigen::VectorXd>;
+  const auto of = [n](AlignedVector& v) { return Vector(v.data(), static_cast<Eigen::Index>(n)); };
+  std::uint64_t seed = 88172645463325252ull;
+  double norm_sq = 0;
+  for (std::size_t i = 0; i < n; ++i) {
+    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+    masses[i] = mass[i / 4];
+    x[i] = inverse_mass[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
+    norm_sq += masses[i] * x[i] * x[i];
+  }
+  std::vector<double> diagonal, off;
+  double beta = 0;
+  const double start = 1 / std::sqrt(norm_sq);
+  for (double& a : x) a *= start;
+  for (int k = 0; k < steps; ++k) {
+    apply(x, y);
+    const double a = of(y).dot(of(x));  // x is zero where it is held
+    of(y) = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), static_cast<Eigen::Index>(n))
+                .cwiseProduct(of(y)) -
+            a * of(x) - beta * of(previous);
+    diagonal.push_back(a);
+    beta = std::sqrt(of(y).dot(of(masses).cwiseProduct(of(y))));
+    if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
+    off.push_back(beta);
+    previous.swap(x);
+    of(x) = of(y) / beta;
+  }
+  const int size = static_cast<int>(diagonal.size());
+  MatX t = MatX::Zero(size, size);
+  for (int i = 0; i < size; ++i) {
+    t(i, i) = diagonal[i];
+    if (i + 1 < size) t(i, i + 1) = t(i + 1, i) = off[i];
+  }
+  return std::sqrt(1.02 *
+                   Eigen::SelfAdjointEigenSolver<MatX>(t, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff());
+}
+
+double ElasticSystem::first_frequency(const std::vector<double>& mass) {
+  // Inverse iteration; the Rayleigh quotient converges with the square of the vector's error.
+  const int n = p_.dofs.size;
+  std::vector<double> m(n), x(n), y(n);
+  std::uint64_t seed = 1234567;
+  for (std::size_t i = 0; i < mass.size(); ++i)
+    for (int c = 0; c < 3; ++c)
+      if (const int d = p_.dofs.number[i][c]; d >= 0) {
+        seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+        m[d] = mass[i];
+        x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
+      }
+  if (n > largest_factored_system) {  // solutions are dear: rough ones
+    constexpr double rough = 0.1;
+    AlignedVector u(4 * mass.size()), f(u.size());
+    const auto stiffness = [&](const VecX& from, VecX& to) {
+      scatter(p_.dofs, from, u);
+      apply(u, f);
+      gather(p_.dofs, f, to);
+    };
+    const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
+    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse,
+                                       Eigen::Map<const VecX>(x.data(), n), 1e-6));
+  }
+  constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
+  double omega_sq = 0;
+  for (int iteration = 0; iteration < most_iterations; ++iteration) {
+    for (int i = 0; i < n; ++i) x[i] *= m[i];
+    factor().solve(x.data(), y.data());
+    double numerator = 0, denominator = 0;  // y K y = y M x_old
+    for (int i = 0; i < n; ++i) numerator += y[i] * x[i], denominator += m[i] * y[i] * y[i];
+    const double next = numerator / denominator;
+    const double scale = 1 / std::sqrt(denominator);
+    for (int i = 0; i < n; ++i) x[i] = y[i] * scale;
+    const bool done = std::abs(next - omega_sq) < 1e-6 * next;
+    omega_sq = next;
+    if (done) return std::sqrt(omega_sq);
+  }
+  throw NumericalFailure(
+      fmt::format("The first frequency of structure {} was not found in {} iterations: do parts of it hang "
+                  "by next to nothing?",
+                  p_.spec.name, most_iterations));
+}
+
+}  // namespace talus::fem

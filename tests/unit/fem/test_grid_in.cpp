@@ -1,0 +1,93 @@
+// Meshes that deal.II's GridIn reads.
+#include <deal.II/grid/grid_generator.h>
+#include <deal.II/grid/grid_out.h>
+#include <deal.II/grid/tria.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "core/error.hpp"
+#include "unit/fem/fem_specs.hpp"
+
+using namespace talus;
+using namespace talus::fem;
+using talus::fem::test::silent;
+
+namespace {
+
+StructureSpec from_file(const std::string& name) {
+  StructureSpec s;
+  s.name = "pier", s.kind = "mesh", s.file = std::string(TALUS_BINARY_DIR) + "/" + name;
+  s.young = 33.55e9, s.poisson = 0.2, s.density = 2450, s.gravity_preload = false;
+  return s;
+}
+
+}  // namespace
+
+TEST(GridIn, ReadsVtkWithItsBoundaries) {
+  StructureSpec s = from_file("grid_in.vtk");
+  {
+    dealii::Triangulation<3> grid;
+    dealii::GridGenerator::subdivided_hyper_rectangle(grid, {2, 2, 6}, dealii::Point<3>(0, 0, 0),
+                                                      dealii::Point<3>(1, 1, 6), true);
+    std::ofstream out(s.file);
+    dealii::GridOut().write_vtk(grid, out);
+  }
+  s.position = Vec3(10, 0, 5);
+  s.supports.push_back({"", "boundary 4", {}, {true, true, true}});  // colorize: z = 0
+  const FemStructure pier(s, Vec3::Zero(), silent);
+  EXPECT_EQ(pier.elements(), 24);
+  double volume = 0;
+  for (const double v : cell_volumes(pier.mesh())) volume += v;
+  EXPECT_NEAR(volume, 6, 1e-12);
+  int held = 0;
+  for (int n = 0; n < static_cast<int>(pier.mesh().nodes.size()); ++n) {
+    const Vec3 x = pier.node_position(n);
+    EXPECT_GE(x.x(), 10 - 1e-12);
+    const bool foot = std::abs(x.z() - 5) < 1e-12;
+    EXPECT_EQ(pier.node_held(n)[2], foot);
+    held += foot ? 1 : 0;
+  }
+  EXPECT_EQ(held, 9);
+}
+
+TEST(GridIn, ReadsUnv) {
+  StructureSpec s = from_file("grid_in.unv");
+  std::ofstream out(s.file);
+  out << "    -1\n  2411\n";
+  for (int k = 0; k < 12; ++k)
+    out << k + 1 << " 1 1 11\n" << (k % 4 == 1 || k % 4 == 2) << ' ' << (k % 4 > 1) << ' ' << k / 4 << '\n';
+  out << "    -1\n    -1\n  2412\n";
+  for (int c = 0; c < 2; ++c) {
+    out << c + 1 << " 115 1 1 7 8\n";
+    for (int a = 0; a < 8; ++a) out << 4 * c + a + 1 << ' ';
+    out << '\n';
+  }
+  out << "    -1\n";
+  out.close();
+  const HexMesh mesh = make_mesh(s);
+  ASSERT_EQ(mesh.hexes.size(), 2u);
+  double volume = 0;
+  for (const double v : cell_volumes(mesh)) volume += v;
+  EXPECT_NEAR(volume, 2, 1e-12);
+}
+
+/// What is no mesh of hexahedra is an error that names the file and the way out.
+TEST(GridIn, SaysWhatItDoesNotRead) {
+  for (const char* text :
+       {"", "# vtk DataFile Version 3.0\npier\nASCII\nDATASET POLYDATA\n",
+        "# vtk DataFile Version 3.0\npier\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 8 double\n0 0 0 1 0\n"}) {
+    StructureSpec s = from_file("no_grid.vtk");
+    std::ofstream(s.file) << text;
+    try {
+      make_mesh(s);
+      ADD_FAILURE() << text;
+    } catch (const InputError& e) {
+      EXPECT_NE(std::string(e.what()).find("no_grid.vtk"), std::string::npos) << e.what();
+      EXPECT_NE(std::string(e.what()).find(".msh"), std::string::npos) << e.what();
+    }
+  }
+  StructureSpec s = from_file("not_there.unv");
+  EXPECT_THROW(make_mesh(s), InputError);
+}
