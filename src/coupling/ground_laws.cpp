@@ -9,7 +9,7 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double most_braked = 0.1;   // of the speed in a stretch: the splitting is off by the square of that
+constexpr double most_braked = 0.1;  // of the speed in a stretch: the splitting is off by the square of that
 
 double way_of(const dda::State& s, int block) {
   const auto k = static_cast<std::size_t>(block);
@@ -19,7 +19,8 @@ double way_of(const dda::State& s, int block) {
 }  // namespace
 
 bool remembers_way(const ContactLaws& laws) {
-  return std::any_of(laws.law.begin(), laws.law.end(), [](const ContactLaw& l) { return l.changes_with_way(); });
+  return std::any_of(laws.law.begin(), laws.law.end(),
+                     [](const ContactLaw& l) { return l.changes_with_way(); });
 }
 
 double friction_now(const dda::State& s, const Touch& t, double ahead) {
@@ -29,19 +30,23 @@ double friction_now(const dda::State& s, const Touch& t, double ahead) {
 }
 
 void share_width(std::span<Touch> touches, const Polyhedron& block) {
-  const auto ploughs = [](const Touch& t) { return t.law->kind == ContactLaw::Kind::crushing && (t.law->ploughing_pressure > 0 || t.law->ploughing_density > 0) && t.at.gap < 0; };
+  const auto ploughs = [](const Touch& t) {
+    return t.law->kind == ContactLaw::Kind::crushing &&
+           (t.law->ploughing_pressure > 0 || t.law->ploughing_density > 0) && t.at.gap < 0;
+  };
   const double tip = 0.1 * block.inradius;
   double all = 0;
   for (Touch& t : touches) {
     if (!ploughs(t)) continue;
-    t.width = t.at.area > 0 ? t.at.area : tip * tip + t.at.gap * t.at.gap;   // as its spring has it
+    t.width = t.at.area > 0 ? t.at.area : tip * tip + t.at.gap * t.at.gap;  // as its spring has it
     all += t.width;
   }
   for (Touch& t : touches) t.width /= all > 0 ? std::sqrt(all) : 1.0;
 }
 
 double ploughing(const Touch& t, double slip) {
-  return (t.law->ploughing_pressure + 0.5 * t.law->ploughing_density * slip * slip) * std::max(0.0, -t.at.gap) * t.width;
+  return (t.law->ploughing_pressure + 0.5 * t.law->ploughing_density * slip * slip) *
+         std::max(0.0, -t.at.gap) * t.width;
 }
 
 void go_on_sliding(dda::State& s, int block, double slip, double recovery, double h) {
@@ -51,7 +56,8 @@ void go_on_sliding(dda::State& s, int block, double slip, double recovery, doubl
 
 double brake_in_vegetation(const dda::Model& model, const Environment& env, dda::State& s, double time) {
   double taken = 0;
-  const bool any = std::any_of(env.laws.law.begin(), env.laws.law.end(), [](const ContactLaw& l) { return l.vegetation_drag > 0; });
+  const bool any = std::any_of(env.laws.law.begin(), env.laws.law.end(),
+                               [](const ContactLaw& l) { return l.vegetation_drag > 0; });
   if (!any) return 0;
   for (std::size_t k = 0; k < model.blocks.size(); ++k) {
     const dda::Model::Block& b = model.blocks[k];
@@ -65,7 +71,9 @@ double brake_in_vegetation(const dda::Model& model, const Environment& env, dda:
     if (env.terrain)
       if (const contact::Plumb plumb = contact::plumb_at(*env.terrain, s.c[k]); plumb.triangle >= 0) {
         const TriangleSurface& ground = env.terrain->surface();
-        stands(ground.material.empty() ? ground.default_material : ground.material[static_cast<std::size_t>(plumb.triangle)], s.c[k].z() - plumb.floor);
+        stands(ground.material.empty() ? ground.default_material
+                                       : ground.material[static_cast<std::size_t>(plumb.triangle)],
+               s.c[k].z() - plumb.floor);
       }
     if (drag == 0) continue;
     const double before = 0.5 * b.mass * s.v[k].squaredNorm();
@@ -79,7 +87,8 @@ double longest_in_vegetation(const dda::Model& model, const ContactLaws& laws) {
   double longest = std::numeric_limits<double>::infinity();
   for (const dda::Model::Block& b : model.blocks)
     for (int m = 0; m < laws.materials && b.ndof() > 0; ++m)
-      if (const double drag = laws(m, b.material).vegetation_drag; drag > 0) longest = std::min(longest, most_braked * b.mass / drag);
+      if (const double drag = laws(m, b.material).vegetation_drag; drag > 0)
+        longest = std::min(longest, most_braked * b.mass / drag);
   return longest;
 }
 

@@ -1,8 +1,9 @@
 /// Laws of the ground beyond Coulomb's (docs/theory/ground.md).
 ///
-///   friction    mu(s) = mu + (mu_most - mu) 2/pi atan(s / s_0),   ds/dt = |u_t| in contact, -beta s out of it     [leine2014]
-///   ploughing   T = (sigma + rho u_t^2 / 2) sum y_i A_i / sqrt(sum A_j)     y_i: depth of a contact point below the ground as it was, A_i: its area
-///   vegetation  F = -eta v  while the centroid is lower than the vegetation above the ground
+///   friction    mu(s) = mu + (mu_most - mu) 2/pi atan(s / s_0),   ds/dt = |u_t| in contact, -beta s out of
+///   it     [leine2014] ploughing   T = (sigma + rho u_t^2 / 2) sum y_i A_i / sqrt(sum A_j)     y_i: depth of
+///   a contact point below the ground as it was, A_i: its area vegetation  F = -eta v  while the centroid is
+///   lower than the vegetation above the ground
 ///
 /// Ploughing is a part of the cone of friction, so that it opposes what slides and holds what does not.
 #pragma once
@@ -22,11 +23,14 @@ double friction_now(const dda::State& state, const Touch& touch, double ahead = 
 void share_width(std::span<Touch> touches, const Polyhedron& block);
 /// A touch's part of T at a slip speed [m/s] [N].
 double ploughing(const Touch& touch, double slip);
-/// Lets a block's way go on by a step of length h [s]; `slip`: fastest of its contacts [m/s], negative out of contact; `recovery`: beta [1/s].
+/// Lets a block's way go on by a step of length h [s]; `slip`: fastest of its contacts [m/s], negative out of
+/// contact; `recovery`: beta [1/s].
 void go_on_sliding(dda::State& state, int block, double slip, double recovery, double h);
 
-/// Half a stretch of drag on every block in vegetation, exact for a drag that stays: v exp(-eta t / m). Returns the work taken [J].
-double brake_in_vegetation(const dda::Model& model, const Environment& environment, dda::State& state, double time);
+/// Half a stretch of drag on every block in vegetation, exact for a drag that stays: v exp(-eta t / m).
+/// Returns the work taken [J].
+double brake_in_vegetation(const dda::Model& model, const Environment& environment, dda::State& state,
+                           double time);
 /// Longest stretch over which the drag may be taken in halves [s]; infinite without vegetation.
 double longest_in_vegetation(const dda::Model& model, const ContactLaws& laws);
 

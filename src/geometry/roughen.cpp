@@ -1,11 +1,11 @@
 #include "geometry/roughen.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <unordered_map>
 #include <vector>
-
-#include <fmt/format.h>
 
 #include "core/error.hpp"
 #include "geometry/random.hpp"
@@ -13,20 +13,27 @@
 namespace talus::geometry {
 namespace {
 
-constexpr double edges_a_length = 3;          // shortest waves of the field are about 2 l long: six edges each
+constexpr double edges_a_length = 3;  // shortest waves of the field are about 2 l long: six edges each
 constexpr double most_triangles = 2e7;
-constexpr double mean_square = 181.0 / 231;   // of f^2 + (1 - f)^2 over a spacing, f the quintic
+constexpr double mean_square = 181.0 / 231;  // of f^2 + (1 - f)^2 over a spacing, f the quintic
 
 double at_lattice(std::uint32_t seed, std::int64_t i, std::int64_t j) {
-  const auto mixed = (static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull) ^ (static_cast<std::uint64_t>(j) * 0xc2b2ae3d27d4eb4full) ^ (static_cast<std::uint64_t>(seed) << 32);
+  const auto mixed = (static_cast<std::uint64_t>(i) * 0x9e3779b97f4a7c15ull) ^
+                     (static_cast<std::uint64_t>(j) * 0xc2b2ae3d27d4eb4full) ^
+                     (static_cast<std::uint64_t>(seed) << 32);
   Random random(mixed);
   random.bits();
   return random.normal();
 }
 
-double quintic(double t) { return t * t * t * (t * (6 * t - 15) + 10); }
+double quintic(double t) {
+  return t * t * t * (t * (6 * t - 15) + 10);
+}
 
-std::uint64_t edge_key(int a, int b) { return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) | static_cast<std::uint32_t>(std::max(a, b)); }
+std::uint64_t edge_key(int a, int b) {
+  return (static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::min(a, b))) << 32) |
+         static_cast<std::uint32_t>(std::max(a, b));
+}
 
 class Divider {
  public:
@@ -46,9 +53,11 @@ class Divider {
       const Roughness* rough = of_[static_cast<std::size_t>(s_.material[t])];
       if (rough == nullptr) continue;
       for (int k = 0; k < 3; ++k) {
-        const int a = s_.triangles[t][static_cast<std::size_t>(k)], b = s_.triangles[t][static_cast<std::size_t>((k + 1) % 3)];
+        const int a = s_.triangles[t][static_cast<std::size_t>(k)],
+                  b = s_.triangles[t][static_cast<std::size_t>((k + 1) % 3)];
         const double longest = rough->length / edges_a_length;
-        if ((vertex(a) - vertex(b)).squaredNorm() > longest * longest * (1 + 1e-9)) middle_.try_emplace(edge_key(a, b), -1);
+        if ((vertex(a) - vertex(b)).squaredNorm() > longest * longest * (1 + 1e-9))
+          middle_.try_emplace(edge_key(a, b), -1);
       }
     }
     return !middle_.empty();
@@ -72,32 +81,41 @@ class Divider {
     for (std::size_t t = 0; t < s_.triangles.size(); ++t) {
       std::array<int, 3> v = s_.triangles[t];
       std::array<int, 3> m{middle(v[0], v[1]), middle(v[1], v[2]), middle(v[2], v[0])};
-      const auto put = [&](int a, int b, int c) { triangles.push_back({a, b, c}), material.push_back(s_.material[t]); };
+      const auto put = [&](int a, int b, int c) {
+        triangles.push_back({a, b, c}), material.push_back(s_.material[t]);
+      };
       const auto marked = std::count_if(m.begin(), m.end(), [](int x) { return x >= 0; });
       if (marked == 0) {
         put(v[0], v[1], v[2]);
       } else if (marked == 3) {
         put(v[0], m[0], m[2]), put(m[0], v[1], m[1]), put(m[2], m[1], v[2]), put(m[0], m[1], m[2]);
       } else {
-        // One marked edge, or two of which the first is followed by the other: turned so that the first is edge 0.
-        while (!(m[0] >= 0 && (marked == 1 || m[1] >= 0))) std::rotate(v.begin(), v.begin() + 1, v.end()), std::rotate(m.begin(), m.begin() + 1, m.end());
+        // One marked edge, or two of which the first is followed by the other: turned so that the first is
+        // edge 0.
+        while (!(m[0] >= 0 && (marked == 1 || m[1] >= 0)))
+          std::rotate(v.begin(), v.begin() + 1, v.end()), std::rotate(m.begin(), m.begin() + 1, m.end());
         if (marked == 1) {
           put(v[0], m[0], v[2]), put(m[0], v[1], v[2]);
         } else {
           put(m[0], v[1], m[1]);
-          if ((vertex(v[0]) - vertex(m[1])).squaredNorm() <= (vertex(m[0]) - vertex(v[2])).squaredNorm()) put(v[0], m[0], m[1]), put(v[0], m[1], v[2]);
-          else put(v[0], m[0], v[2]), put(m[0], m[1], v[2]);
+          if ((vertex(v[0]) - vertex(m[1])).squaredNorm() <= (vertex(m[0]) - vertex(v[2])).squaredNorm())
+            put(v[0], m[0], m[1]), put(v[0], m[1], v[2]);
+          else
+            put(v[0], m[0], v[2]), put(m[0], m[1], v[2]);
         }
       }
       if (static_cast<double>(triangles.size()) > most_triangles)
-        throw InputError(Problem{.key = "material.roughness.length", .rule = fmt::format("the terrain would be divided into more than {:g} triangles", most_triangles), .remedy = "crop the terrain (site.crop), make the rough area smaller, or the length larger"});
+        throw InputError(Problem{
+            .key = "material.roughness.length",
+            .rule = fmt::format("the terrain would be divided into more than {:g} triangles", most_triangles),
+            .remedy = "crop the terrain (site.crop), make the rough area smaller, or the length larger"});
     }
     s_.triangles = std::move(triangles);
     s_.material = std::move(material);
   }
 
   TriangleSurface& s_;
-  const std::vector<const Roughness*>& of_;   // by material
+  const std::vector<const Roughness*>& of_;  // by material
   std::unordered_map<std::uint64_t, int> middle_;
 };
 
@@ -105,8 +123,11 @@ class Divider {
 
 double rough_height(std::uint32_t seed, double x, double y) {
   const double i = std::floor(x), j = std::floor(y), u = quintic(x - i), v = quintic(y - j);
-  const auto g = [&](int di, int dj) { return at_lattice(seed, static_cast<std::int64_t>(i) + di, static_cast<std::int64_t>(j) + dj); };
-  return ((1 - u) * (1 - v) * g(0, 0) + u * (1 - v) * g(1, 0) + (1 - u) * v * g(0, 1) + u * v * g(1, 1)) / mean_square;
+  const auto g = [&](int di, int dj) {
+    return at_lattice(seed, static_cast<std::int64_t>(i) + di, static_cast<std::int64_t>(j) + dj);
+  };
+  return ((1 - u) * (1 - v) * g(0, 0) + u * (1 - v) * g(1, 0) + (1 - u) * v * g(0, 1) + u * v * g(1, 1)) /
+         mean_square;
 }
 
 void roughen(TriangleSurface& s, std::span<const Roughness> materials, const Vec3& origin) {
@@ -125,8 +146,12 @@ void roughen(TriangleSurface& s, std::span<const Roughness> materials, const Vec
     for (const int v : s.triangles[t]) {
       const auto k = static_cast<std::size_t>(v);
       ++faces[k];
-      if (rough == nullptr) smooth[k] = 1;
-      else lift[k] += rough->amplitude * rough_height(rough->seed, (s.vertices[k].x() + origin.x()) / rough->length, (s.vertices[k].y() + origin.y()) / rough->length);
+      if (rough == nullptr)
+        smooth[k] = 1;
+      else
+        lift[k] +=
+            rough->amplitude * rough_height(rough->seed, (s.vertices[k].x() + origin.x()) / rough->length,
+                                            (s.vertices[k].y() + origin.y()) / rough->length);
     }
   }
   for (std::size_t k = 0; k < s.vertices.size(); ++k)

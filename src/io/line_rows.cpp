@@ -10,14 +10,16 @@ namespace {
 
 template <class Row, class F>
 void fields(Row& r, F&& f) {
-  f(r.line), f(r.block), f(r.time), f(r.position), f(r.velocity), f(r.spin), f(r.translational), f(r.rotational), f(r.height);
+  f(r.line), f(r.block), f(r.time), f(r.position), f(r.velocity), f(r.spin), f(r.translational),
+      f(r.rotational), f(r.height);
 }
 
 template <class Item, class Get>
 std::vector<Item> list(std::string_view bytes, Get&& get) {
   ByteReader r(bytes);
   std::vector<Item> items;
-  for (auto n = r.take<std::uint64_t>(); n > 0; --n) get(r, items.emplace_back());   // a count that lies ends with the record
+  for (auto n = r.take<std::uint64_t>(); n > 0; --n)
+    get(r, items.emplace_back());  // a count that lies ends with the record
   return items;
 }
 
@@ -45,14 +47,18 @@ std::vector<LineRow> decode_line_rows(std::string_view bytes) {
   return list<LineRow>(bytes, [](ByteReader& r, LineRow& row) { fields(row, [&](auto& x) { r.get(x); }); });
 }
 
-void write_lines(Hdf5File& file, std::span<const std::string> names, std::span<const LineRow> rows, const std::string& crs) {
+void write_lines(Hdf5File& file, std::span<const std::string> names, std::span<const LineRow> rows,
+                 const std::string& crs) {
   for (std::size_t l = 0; l < names.size(); ++l) {
     std::vector<std::int64_t> block;
     std::vector<double> time, position, velocity, spin, translational, rotational, height;
-    const auto add = [](std::vector<double>& to, const Vec3& v) { to.insert(to.end(), v.data(), v.data() + 3); };
+    const auto add = [](std::vector<double>& to, const Vec3& v) {
+      to.insert(to.end(), v.data(), v.data() + 3);
+    };
     for (const LineRow& r : rows) {
       if (r.line != static_cast<int>(l)) continue;
-      block.push_back(r.block), time.push_back(r.time), translational.push_back(r.translational), rotational.push_back(r.rotational), height.push_back(r.height);
+      block.push_back(r.block), time.push_back(r.time), translational.push_back(r.translational),
+          rotational.push_back(r.rotational), height.push_back(r.height);
       add(position, r.position), add(velocity, r.velocity), add(spin, r.spin);
     }
     const std::size_t n = block.size();

@@ -1,4 +1,5 @@
-// A crushing law whose pressure grows with depth and whose layer ends: force, work and what is lost agree with each other.
+// A crushing law whose pressure grows with depth and whose layer ends: force, work and what is lost agree
+// with each other.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,7 +40,9 @@ TEST(YieldingLaw, ForceIsTheSlopeOfTheWorkAndNothingComesBackOfWhatCrushed) {
           double lost = 0;
           for (double x = crushed + 1e-4; x < 0.12; x += 1.73e-3) {
             const double d = 1e-7, slope = (n.work(x + d) - n.work(x - d)) / (2 * d);
-            EXPECT_NEAR(slope, n.force(x), 2e-5 * (1 + n.force(x))) << "x " << x << " crushed " << crushed << " gradient " << gradient << " thickness " << thickness << " growth " << growth;
+            EXPECT_NEAR(slope, n.force(x), 2e-5 * (1 + n.force(x)))
+                << "x " << x << " crushed " << crushed << " gradient " << gradient << " thickness "
+                << thickness << " growth " << growth;
             EXPECT_NEAR((n.force(x + d) - n.force(x - d)) / (2 * d), n.slope(x), 1e-3 * n.slope(x) + 1e4);
             EXPECT_GE(n.crushing(x), lost - 1e-6);
             lost = n.crushing(x);

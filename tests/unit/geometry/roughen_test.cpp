@@ -14,7 +14,12 @@ namespace talus::geometry {
 namespace {
 
 struct File {
-  File(const std::string& name, const std::string& text) : path((std::filesystem::temp_directory_path() / ("talus_rough_" + std::to_string(::getpid()) + "_" + name)).string()) { std::ofstream(path) << text; }
+  File(const std::string& name, const std::string& text)
+      : path((std::filesystem::temp_directory_path() /
+              ("talus_rough_" + std::to_string(::getpid()) + "_" + name))
+                 .string()) {
+    std::ofstream(path) << text;
+  }
   ~File() { std::filesystem::remove(path); }
   std::string path;
 };
@@ -43,11 +48,14 @@ TEST(Roughen, HasItsMeanAndDeviationAndLeavesSmoothFacesAlone) {
   std::map<std::pair<int, int>, int> edges;
   for (std::size_t t = 0; t < s.triangles.size(); ++t)
     for (int k = 0; k < 3; ++k) {
-      const int a = s.triangles[t][static_cast<std::size_t>(k)], b = s.triangles[t][static_cast<std::size_t>((k + 1) % 3)];
+      const int a = s.triangles[t][static_cast<std::size_t>(k)],
+                b = s.triangles[t][static_cast<std::size_t>((k + 1) % 3)];
       ++edges[std::minmax(a, b)];
       const Vec3 &p = s.vertices[static_cast<std::size_t>(a)], &q = s.vertices[static_cast<std::size_t>(b)];
-      if (s.material[t] == 1) longest = std::max(longest, (p - q).head<2>().norm());
-      else EXPECT_EQ(p.z(), 0);
+      if (s.material[t] == 1)
+        longest = std::max(longest, (p - q).head<2>().norm());
+      else
+        EXPECT_EQ(p.z(), 0);
     }
   for (const auto& [edge, faces] : edges) EXPECT_LE(faces, 2);
   for (const Vec3& v : s.vertices) {
@@ -55,12 +63,16 @@ TEST(Roughen, HasItsMeanAndDeviationAndLeavesSmoothFacesAlone) {
     sum += v.z(), squares += v.z() * v.z(), ++n;
   }
   EXPECT_LE(longest, rough.length / 3 * (1 + 1e-9));
-  EXPECT_NEAR(sum / n, 0, 0.03);                               // of 25 x 50 lattice cells: 0.3 / sqrt(1250) = 0.008, the better part of four deviations
+  EXPECT_NEAR(
+      sum / n, 0,
+      0.03);  // of 25 x 50 lattice cells: 0.3 / sqrt(1250) = 0.008, the better part of four deviations
   EXPECT_NEAR(std::sqrt(squares / n) / rough.amplitude, 1, 0.08);
   // The area in plan is that of before: no gap, no fold.
   double area = 0;
   for (const auto& t : s.triangles) {
-    const auto p = [&](int k) { return Eigen::Vector2d(s.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])].head<2>()); };
+    const auto p = [&](int k) {
+      return Eigen::Vector2d(s.vertices[static_cast<std::size_t>(t[static_cast<std::size_t>(k)])].head<2>());
+    };
     const Eigen::Vector2d u = p(1) - p(0), v = p(2) - p(0);
     EXPECT_GT(u.x() * v.y() - u.y() * v.x(), 0);
     area += 0.5 * (u.x() * v.y() - u.y() * v.x());
@@ -75,25 +87,34 @@ TEST(Roughen, GoesByMapCoordinatesAndSeed) {
   roughen(s, std::span(&rough, 1), Vec3(100, 0, 0));
   roughen(moved, std::span(&rough, 1), Vec3(90, 0, 0));
   ASSERT_EQ(s.vertices.size(), moved.vertices.size());
-  for (std::size_t k = 0; k < s.vertices.size(); ++k) EXPECT_NEAR(s.vertices[k].z(), moved.vertices[k].z(), 1e-9);
+  for (std::size_t k = 0; k < s.vertices.size(); ++k)
+    EXPECT_NEAR(s.vertices[k].z(), moved.vertices[k].z(), 1e-9);
   EXPECT_NE(rough_height(4, 0.3, 0.4), rough_height(5, 0.3, 0.4));
 }
 
 TEST(Parts, SolidsGroupsAndFilesAreZones) {
   const auto facet = [](double x) {
     const std::string a = std::to_string(x), b = std::to_string(x + 1);
-    return "facet normal 0 0 1\nouter loop\nvertex " + a + " 0 0\nvertex " + b + " 0 0\nvertex " + b + " 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex " + a + " 0 0\nvertex " + b + " 1 0\nvertex " + a +
-           " 1 0\nendloop\nendfacet\n";
+    return "facet normal 0 0 1\nouter loop\nvertex " + a + " 0 0\nvertex " + b + " 0 0\nvertex " + b +
+           " 1 0\nendloop\nendfacet\nfacet normal 0 0 1\nouter loop\nvertex " + a + " 0 0\nvertex " + b +
+           " 1 0\nvertex " + a + " 1 0\nendloop\nendfacet\n";
   };
-  const File stl("two.stl", "solid hard\n" + facet(0) + "endsolid hard\nsolid soft ground\n" + facet(1) + "endsolid soft ground\n");
+  const File stl("two.stl", "solid hard\n" + facet(0) + "endsolid hard\nsolid soft ground\n" + facet(1) +
+                                "endsolid soft ground\n");
   TerrainOptions o;
-  o.material_areas = {{.polygon_file = {}, .raster_file = {}, .value = 0, .material = 3, .part = "soft ground", .mesh_file = {}}};
+  o.material_areas = {{.polygon_file = {},
+                       .raster_file = {},
+                       .value = 0,
+                       .material = 3,
+                       .part = "soft ground",
+                       .mesh_file = {}}};
   const Terrain t = load_terrain(stl.path, o);
   const auto area_of = [](const Terrain& terrain, int material, bool east) {
     int n = 0;
     for (std::size_t k = 0; k < terrain.surface.triangles.size(); ++k) {
       double x = 0;
-      for (const int v : terrain.surface.triangles[k]) x += terrain.surface.vertices[static_cast<std::size_t>(v)].x() / 3;
+      for (const int v : terrain.surface.triangles[k])
+        x += terrain.surface.vertices[static_cast<std::size_t>(v)].x() / 3;
       n += terrain.surface.material[k] == material && (x > 1) == east;
     }
     return n;
@@ -102,24 +123,34 @@ TEST(Parts, SolidsGroupsAndFilesAreZones) {
   EXPECT_EQ(area_of(t, 0, false), 2);
   o.material_areas[0].part = "sand";
   EXPECT_THROW(load_terrain(stl.path, o), InputError);
-  const File obj("two.obj", "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\ng hard\nf 1 2 3 4\ng soft\nf 2 5 6 3\n");
+  const File obj(
+      "two.obj",
+      "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 0 0\nv 2 1 0\ng hard\nf 1 2 3 4\ng soft\nf 2 5 6 3\n");
   o.material_areas[0].part = "soft";
   EXPECT_EQ(area_of(load_terrain(obj.path, o), 3, true), 2);
-  const File west("west.stl", "solid a\n" + facet(0) + "endsolid a\n"), east("east.stl", "solid b\n" + facet(1) + "endsolid b\n");
+  const File west("west.stl", "solid a\n" + facet(0) + "endsolid a\n"),
+      east("east.stl", "solid b\n" + facet(1) + "endsolid b\n");
   o.material_areas[0].part.clear();
   o.material_areas[0].mesh_file = east.path;
   for (const bool whole : {true, false}) {
-    if (!whole) o.material_areas.push_back({.polygon_file = {}, .raster_file = {}, .value = 0, .material = 0, .part = {}, .mesh_file = west.path});
+    if (!whole)
+      o.material_areas.push_back({.polygon_file = {},
+                                  .raster_file = {},
+                                  .value = 0,
+                                  .material = 0,
+                                  .part = {},
+                                  .mesh_file = west.path});
     const Terrain joined = load_terrain(whole ? west.path : "", o);
     EXPECT_EQ(area_of(joined, 3, true), 2);
     EXPECT_EQ(area_of(joined, 0, false), 2);
-    EXPECT_EQ(joined.surface.vertices.size(), 6u);   // the seam is one
+    EXPECT_EQ(joined.surface.vertices.size(), 6u);  // the seam is one
   }
 }
 
 TEST(Parts, AnotherAxisPointsUp) {
   // A step of 2 m at x = 1 in a file whose y points up.
-  const File file("up.obj", "v 0 0 0\nv 1 0 0\nv 1 0 -4\nv 0 0 -4\nv 2 2 0\nv 2 2 -4\nf 1 2 3 4\nf 2 5 6 3\n");
+  const File file("up.obj",
+                  "v 0 0 0\nv 1 0 0\nv 1 0 -4\nv 0 0 -4\nv 2 2 0\nv 2 2 -4\nf 1 2 3 4\nf 2 5 6 3\n");
   TerrainOptions o;
   o.up = 'y';
   const Terrain t = load_terrain(file.path, o);
