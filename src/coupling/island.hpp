@@ -172,6 +172,7 @@ class IslandStepper {
   bool jammed() const { return unsolved_ >= (island_->structures.empty() ? most_unsolved : 1); }
   bool event_driven() const { return !crowded_ && island_->structures.empty(); }
   bool too_much_happens(double duration) const;
+  bool costs_too_much(double duration, bool rebounds_alone) const;
   void go_time_stepped();
   double flush() const { return 1e-8 * length_; }   // steps this low between neighbours are none [m]
   double flush_skins() const { return std::clamp(settings_.accuracy, 1e-8, 5e-3) * length_; }   // the same where one is a skin that moves: what positions may be off by [m]
@@ -302,6 +303,9 @@ class IslandStepper {
   contact::Motion lumped_motion(int block) const;
   double time_of_impact(const CandidatePair& pair, double tolerance, bool lumped) const;
   double first_impact() const;   // fraction of the step, above 1: none
+  bool rebounds(const Touch& t) const;
+  bool rebound_waits() const;
+  double first_rebound(double h);
   double path(const CandidatePair& pair) const;
   struct Crossing {
     double first = 2;            // fraction of the step that may stand; above 1: all of it
@@ -407,6 +411,7 @@ class IslandStepper {
   bool sheds_ = false, shed_ = false;     // a skin lost faces at the end of this step, of the one before it in this stretch
   int impacts_ = 0;
   bool crowded_ = false;                  // events took more work than they are worth: for the rest of the stretch the island goes as a large one
+  std::vector<char> meets_to_rebound_;    // per pair: apart, and what closes within this time-stepped step is thrown back; empty: none
   double work_ = 0;                       // of the contact problems of the stretch: contacts times factorisations
   int unsolved_ = 0;                      // problems of the stretch that had no solution
 };

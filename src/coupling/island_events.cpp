@@ -78,6 +78,49 @@ double IslandStepper::first_impact() const {
   return first;
 }
 
+/// Comes on fast enough to be thrown back.
+bool IslandStepper::rebounds(const Touch& t) const { return t.stiffness == 0 && t.law->restitution.value_or(0) > 0 && t.approach < -std::max(slow_speed(), impact_speed(t)); }
+
+/// Something that is to be thrown back has closed.
+bool IslandStepper::rebound_waits() const {
+  return std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t) && meets_hard(t) && !(t.bond() > 0); });
+}
+
+/// Time at which the first pair that is apart meets and is thrown back; h: none within it [s]. Bodies that touch nothing fall, the others go on as they
+/// go: exact in flight, of what slides or turns on others met by ever shorter steps.
+double IslandStepper::first_rebound(double h) {
+  meets_to_rebound_.assign(island_->pairs.size(), 0);
+  std::vector<char> borne(bodies_.size(), 0);
+  const auto bear = [&](int block) {
+    if (const int l = block < 0 ? -1 : local_[static_cast<std::size_t>(block)]; l >= 0) borne[static_cast<std::size_t>(l)] = 1;
+  };
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i) {
+    bool apart = true, thrown_back = false;
+    for (std::size_t t = first_of_pair_[i]; t < first_of_pair_[i + 1]; ++t) {
+      apart = apart && touches_[t].at.gap > touch_gap();
+      thrown_back = thrown_back || rebounds(touches_[t]);
+    }
+    meets_to_rebound_[i] = apart && thrown_back;
+    if (apart) continue;
+    bear(island_->pairs[i].b);
+    if (island_->pairs[i].a.kind == Partner::Kind::block) bear(island_->pairs[i].a.index);
+  }
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    const auto k = static_cast<std::size_t>(bodies_[l].block);
+    contact::Motion m;
+    m.start = dda::pose(state_, bodies_[l].block);
+    if (!borne[l]) m.half_gravity_step = 0.5 * h * h * model_.gravity;
+    m.displacement = h * state_.v[k] + m.half_gravity_step;
+    m.rotation = h * state_.w[k];
+    motions_.push_back(m);
+  }
+  double first = 1;
+  for (std::size_t i = 0; i < island_->pairs.size(); ++i)
+    if (meets_to_rebound_[i] != 0) first = std::min(first, time_of_impact(island_->pairs[i], flush_pair_[i] != 0 ? 2 * touch_gap() : 1e-10 * length_, true));
+  motions_.clear();
+  return std::max(first, 1e-12) * h;
+}
+
 /// Bound on how far points of the two have moved against each other in the step just computed [m].
 double IslandStepper::path(const CandidatePair& pair) const {
   const contact::Motion b = lumped_motion(pair.b);
@@ -192,6 +235,10 @@ IslandStepper::Crossing IslandStepper::crossing() {
     const auto [s, way] = met[i];
     out.listed = out.listed || !out.features[i].empty();
     if (s > 1) continue;
+    if (i < meets_to_rebound_.size() && meets_to_rebound_[i] != 0) {   // at the end of the step is where it is to meet
+      if (s < 1 - 1e-6) out.first = std::min(out.first, s);
+      continue;
+    }
     if (ahead_[i] == 0 && (known[i].open || !known[i].any) && !moving_skin(island_->pairs[i].a)) {
       ahead_[i] = way;
       out.listed = true;

@@ -398,6 +398,8 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
           t.mode = Mode::end;
         else
           t.mode = Mode::closed;
+      } else if (pair < meets_to_rebound_.size() && meets_to_rebound_[pair] != 0) {
+        continue;   // the step ends before it closes
       } else if (lumped && (t.met || (pair < ahead_.size() && ahead_[pair] > 0) || t.at.gap + h * t.approach - h * h * model_.gravity.norm() < row_reach())) {
         t.mode = Mode::end;   // others cannot close within the step, are met by its solution, or are caught by the projection
       }

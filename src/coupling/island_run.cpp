@@ -68,6 +68,11 @@ IslandReport IslandStepper::run(double t, double duration) {
       trial.lumped = true;
       trial.h = std::min(trial.h, step_limit(trial.remaining, true));
     }
+    meets_to_rebound_.clear();
+    if (trial.lumped && !with_structure && settings_.fixed_step <= 0 && std::ranges::any_of(touches_, [&](const Touch& t) { return rebounds(t); }) && !costs_too_much(duration, true)) {
+      if (rebound_waits()) impact_stage(trial.start);   // where it has no solution, the rows of the step have what they can of it
+      trial.h = std::min(trial.h, first_rebound(trial.h));
+    }
     if (impacts_ != impacts_before) allowed_.reset();
     grazes += impacts_when_cut == impacts_;
     weigh_springs();
@@ -136,9 +141,14 @@ void IslandStepper::go_time_stepped() {
   found_for_ = -1;
 }
 
-/// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
 bool IslandStepper::too_much_happens(double duration) const {
   if (settings_.fixed_step > 0) return false;
+  const auto closed = std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); });
+  return closed > static_cast<std::ptrdiff_t>(many_contacts) || costs_too_much(duration, false);
+}
+
+/// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
+bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
   // What it costs to locate every contact that will close, at the closed contacts that each of them shakes.
   constexpr double factorisations = 15;
   const double fall = duration * duration * model_.gravity.norm();
@@ -147,11 +157,11 @@ bool IslandStepper::too_much_happens(double duration) const {
     const Touch& t = touches_[i];
     if (t.at.gap <= near_gap()) ++closed;
     const bool first = i == 0 || !(touches_[i - 1].a == t.a && touches_[i - 1].b == t.b);
-    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall;
+    closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall && (!rebounds_alone || rebounds(t));
   }
   const double ahead = factorisations * closed * closing;
   const double worth = std::max(most_work, dearer * factorisations * closed);
-  return closed > static_cast<double>(many_contacts) || work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
+  return work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
 }
 
 /// Length of the next step by what moves and what it stands at; the touches within its reach are found on the way.

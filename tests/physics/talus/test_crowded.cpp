@@ -1,6 +1,10 @@
 // Small islands in which much happens at once cost no more than large ones.
 #include <gtest/gtest.h>
 
+#include <cmath>
+
+#include <fmt/format.h>
+
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
@@ -52,6 +56,30 @@ TEST(Crowded, RowOfDominoes) {
   for (int i = 0; i < 10; ++i) s.box("slab" + std::to_string(i), Vec3(0.15, 0.5, 1), Vec3(0.5 * i, 0, 0.5), i == 0 ? velocity({0.75, 0, 0}) + spin({0, 1.5, 0}) : std::string());
   costs(run_scene(s.str()), 300000, 6500);   // most of them at the ends of contacts, which the error of a step resolves
 }
+
+/// A cube of 1 m that falls by half a metre, e = 0.8, beside `side` times `side` cubes at rest 1 mm apart, or onto the one at their corner: how high it rises above where it met [m].
+double rise(int side, bool onto) {
+  constexpr double fall = 0.5, apart = 1e-3;
+  SceneText s = ground(0.6, "restitution = 0.8");
+  s.history(0.01);
+  const double below = onto ? 1 : 0;
+  s.box("T", Vec3::Ones(), Vec3(onto ? 0 : -1 - apart, 0, below + 0.5 + fall));
+  for (int i = 0; i < side; ++i)
+    for (int j = 0; j < side; ++j) s.box(fmt::format("B{}_{}", i, j), Vec3::Ones(), Vec3(i * (1 + apart), j * (1 + apart), 0.5));
+  const Outcome o = run_scene(s.str());
+  EXPECT_TRUE(o.ok());
+  double highest = 0;
+  for (const sim::HistoryRow& row : o.rows)
+    if (row.time > std::sqrt(2 * fall / 9.81) + 0.02) highest = std::max(highest, row.position[0].z() - 0.5 - below);
+  return highest;
+}
+
+/// Whatever rests beside it: 16 cubes have 64 closed contacts, 64 have 256.
+TEST(Crowded, WhatBouncesBesideManyThatRestRisesAsHighAsAlone) {
+  for (const int side : {4, 8}) EXPECT_NEAR(rise(side, false), 0.8 * 0.8 * 0.5, 1e-3) << side;
+}
+
+TEST(Crowded, WhatBouncesOnOneOfManyRisesAsHighAsOnOneOfFew) { EXPECT_NEAR(rise(8, true), rise(4, true), 1e-3); }
 
 }  // namespace
 }  // namespace talus::verify
