@@ -33,6 +33,8 @@ export const nf = frames.time.length;
 export const start = nf ? frames.time[0] : 0;
 export const end = nf ? frames.time[nf - 1] : 1;
 export const origin = meta.origin || [0, 0, 0];
+// Map coordinates of the scene's origin: added to scene coordinates where a place is named.
+export const mapOrigin = (summary.map && summary.map.origin) || [0, 0, 0];
 
 // Index of the last element of `times` that is not beyond t.
 export function before(times, t) {

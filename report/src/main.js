@@ -2,7 +2,8 @@ import * as data from "./data.js";
 import * as scene from "./scene.js";
 import * as map from "./map.js";
 import { chart, charts, completeInTurn, forget, onSeek, playhead, repaint } from "./plots.js";
-import { table } from "./tables.js";
+import { narrow, table } from "./tables.js";
+import { downloads } from "./download.js";
 import { gradient, palette } from "./colors.js";
 import { norm, number, quantity, text } from "./format.js";
 
@@ -30,9 +31,15 @@ root.dataset.theme = store.get("talus-theme") || (matchMedia("(prefers-color-sch
 $("theme").addEventListener("click", () => { const n = root.dataset.theme === "dark" ? "light" : "dark"; store.set("talus-theme", n); setTheme(n); });
 
 // Paper is white: a page printed from the dark theme would have light letters on it.
-let beforePrint = "";
-addEventListener("beforeprint", () => { $("words").open = true; beforePrint = root.dataset.theme; setTheme("light"); map.complete(); });
-addEventListener("afterprint", () => { setTheme(beforePrint); });
+let beforePrint = "", folded = [];
+addEventListener("beforeprint", () => {
+  folded = [...document.querySelectorAll("details:not([open])")];
+  for (const d of folded) d.open = true;
+  beforePrint = root.dataset.theme;
+  setTheme("light");
+  map.complete();
+});
+addEventListener("afterprint", () => { setTheme(beforePrint); for (const d of folded) d.open = false; });
 
 // ---- summary
 $("title").textContent = summary.title || "Results";
@@ -99,6 +106,13 @@ if (summary.structures && summary.structures.length) {
   if (judged.length) {
     const m = judged.reduce((a, b) => (b.shear_utilisation_design.value > a.shear_utilisation_design.value ? b : a)), use = m.shear_utilisation_design;
     card("Shear V_dyn / V_Rd", use.value, "1", `${m.label} at station ${number(use.station, 3)} m, ${number(use.time, 4)} s; design resistance by EN 1992-1-1 6.2, means over 1.5 ms`, use.value > 1 ? "hit" : "");
+  }
+  // The deck: what its spans may still carry.
+  const spans = summary.structures.flatMap((s) => (s.members || []).filter((m) => m.span && m.function).map((m) => ({ ...m, of: s.name })));
+  if (spans.length) {
+    const rank = ["open", "restricted", "closed"], least = spans.reduce((a, b) => (rank.indexOf(b.function) > rank.indexOf(a.function) ? b : a));
+    const count = rank.map((r) => [r, spans.filter((m) => m.function === r).map((m) => m.name)]).filter(([, names]) => names.length);
+    card(spans.length > 1 ? `Deck, ${spans.length} spans` : "Deck", least.function, "", least.function === "open" ? `${least.name}: ${least.function_basis}` : count.reverse().map(([r, names]) => `${names.join(", ")} ${r}`).join("; ") + ` (${least.name}: ${least.function_basis})`, { closed: "hit", open: "safe" }[least.function] || "");
   }
   if (worst) {
     card("Impact speed", hardest.speed, "m/s", `${hardest.block} at ${number(hardest.start, 4)} s with ${text(hardest.kinetic, "J")}${hardest.kinetic_rotational === undefined ? "" : `, ${text(hardest.kinetic_rotational, "J")} of it rotation`}${strikes.length > 1 ? `, the most of all strikes${blows.length && blows.length < impacts.length ? " by blocks" : ""}` : ""}`);
@@ -242,7 +256,7 @@ function choose(pick) {
   const plot = (spec) => { const f = make("figure", { style: "margin:10px 0 0" }); panel.append(f); panelPlots.push(chart(f, { height: 150, time: true, ...spec })); };
   if (pick.kind === "block") {
     const b = blocks[pick.index], [t, y] = blockSeries(pick.index);
-    panel.append(make("h3", { textContent: b.name }), make("p", { className: "sub", textContent: `${b.fragment ? "fragment" : "block"}, ${text(b.mass, "kg")}, ${text(b.volume, "m^3")}` }),
+    panel.append(make("h2", { textContent: b.name }), make("p", { className: "sub", textContent: `${b.fragment ? "fragment" : "block"}, ${text(b.mass, "kg")}, ${text(b.volume, "m^3")}` }),
       list([["greatest speed", text(b.max_speed, "m/s")], ["greatest energy", text(b.max_kinetic, "J")], ["run-out in plan", text(b.runout, "m")], ["drop", text(b.drop, "m")], ["path", text(b.path_length, "m")], ["speed at the end", text(b.final_speed, "m/s")]]));
     const c = nb <= 9 ? palette[pick.index % palette.length] : palette[0];
     plot({ title: "Speed", unit: "m/s", data: [t, y.speed], series: [{ label: "speed", color: c }] });
@@ -250,9 +264,9 @@ function choose(pick) {
     if (y.height.some((v) => v !== null)) plot({ title: "Centroid above ground", unit: "m", data: [t, y.height], series: [{ label: "height", color: c }] });
   } else {
     const s = structures[pick.index], r = (summary.structures || []).find((x) => x.name === s.name) || {};
-    panel.append(make("h3", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : "was not hit" }),
+    panel.append(make("h2", { textContent: s.name }), make("p", { className: "sub", textContent: r.hit ? "was hit" : r.loaded ? "under its prescribed load" : r.loaded_through ? `was not struck itself, loaded through ${r.loaded_through}` : "was not hit" }),
       list([["impulse", text(norm(r.impulse), "N s")], ["peak contact force, single sub-step", text(r.peak_force, "N")], ["base shear, added", text(r.peak_base_shear, "N")], ["base moment, added", text(r.peak_base_moment, "N m")], ["greatest damage", number(r.damage_max)], ["damaged volume", text(r.damaged_volume, "m^3")]]));
-    for (const c of meta.curves || []) if (c.structure === s.name) plot(spec(c));
+    for (const c of meta.curves || []) if (c.structure === s.name && !c.member) plot(spec(c));
   }
   readout();
 }
@@ -292,6 +306,12 @@ function legend() {
     if (view.field === "crack") add("Crack width", "load", "0", text(w, "m"));
     if (view.field === "stress") add("Von Mises stress", "load", "0", text(q, "Pa"));
     if (view.field === "bars") add(`Strain of the bars, size${strainTop()[0]}`, "speed", "0", strainTop()[1]);
+  }
+  if (scene.arrowCount()) {
+    const arrow = make("div", { className: "legend arrow" });
+    arrow.innerHTML = '<svg viewBox="0 0 26 10" width="26" height="10" aria-hidden="true"><path d="M1 5h16" stroke="#e0342b" stroke-width="2"/><path d="m16 1 9 4-9 4z" fill="#e0342b"/></svg>';
+    arrow.append("Impulse of an impact: where and which way; all drawn of one length");
+    box.append(arrow);
   }
   if (view.trajectories && nb) add("Speed along the path", "speed", "0", text(view.fastest, "m/s"));
 }
@@ -341,28 +361,90 @@ const fullscreen = () => (document.fullscreenElement ? document.exitFullscreen()
 $("full").addEventListener("click", fullscreen);
 
 // ---- plots
+// What the cards state of a curve, and why a reading off the plot differs from it: rows of the histories are single steps, with the permanent load; cards are means.
+function reading(c) {
+  const of = (summary.structures || []).find((s) => s.name === c.structure), at = (k) => array(`${c.key}_${k}`), most = (f) => Array.from(at(0)).reduce((a, _, i) => Math.max(a, f(i) || 0), 0);
+  if (c.group === "impact") return `filtered peak ${text(c.filtered_peak, "N")}, as in the table of impacts`;
+  if (c.key === "residual" && summary.energy) return `worst ${text(summary.energy.residual_worst, "J")}; the card gives it over ${summary.energy.kinetic_peak > 0 ? `the greatest kinetic energy, ${text(summary.energy.kinetic_peak, "J")}` : "the energy at 1 cm/s"}`;
+  if (!of) return undefined;
+  const m = c.member && (of.members || []).find((x) => x.name === c.member);
+  if (m) {
+    const [stated, unit] = c.key.endsWith("shear") ? [m.peak_shear, "N"] : [m.peak_moment, "N m"];
+    return stated && stated.value > 0 ? `table: ${text(stated.value, unit)} at station ${number(stated.station, 3)} m, mean over 1.5 ms of every step; plotted are rows, single steps at three sections` : undefined;
+  }
+  const added = { force: [of.peak_base_shear, "N", "base shear"], moment: [of.peak_base_moment, "N m", "base moment"] }[/^structure_\d+_(force|moment)$/.test(c.key) ? c.key.split("_")[2] : ""];
+  if (added && added[0] > 0) return `card: ${added[2]} added ${text(added[0], added[1])}, ${added[2] === "base moment" ? "the greatest of one foot about its own centroid" : "horizontal"}, mean over 1.5 ms of every step; plotted are rows, single steps, with the permanent load`;
+  const probe = of.probes && of.probes.find((q) => c.title.endsWith(`displacement of ${q.name}`));
+  if (probe) {
+    const plotted = most((i) => Math.hypot(at(0)[i], at(1)[i], at(2)[i]));
+    return Math.abs(plotted - probe.peak_displacement) > 0.01 * probe.peak_displacement ? `greatest of every step ${text(probe.peak_displacement, "m")}, of the rows ${text(plotted, "m")}` : `greatest ${text(probe.peak_displacement, "m")}`;
+  }
+  return undefined;
+}
+const column = (name) => Array.from(array(name), (v) => (isFinite(v) ? v : null));
 function spec(c) {
-  return { title: c.title, unit: c.unit, time: true, data: [Array.from(array(`${c.key}_time`)), ...c.series.map((_, i) => Array.from(array(`${c.key}_${i}`)))],
-    note: c.group === "impact" ? `filtered peak ${text(c.filtered_peak, "N")}` : undefined,
+  return { title: c.title, unit: c.unit, time: true, data: [Array.from(array(`${c.key}_time`)), ...c.series.map((_, i) => column(`${c.key}_${i}`))], note: reading(c),
     series: c.series.map((label, i) => (c.group === "impact" ? { label, color: i ? palette[0] : "#8d98a6", width: i ? 2.2 : 1 } : { label })) };
+}
+function addChart(grid, s) {
+  const f = make("figure", { className: "card" });
+  grid.append(f);
+  return chart(f, { height: 260, ...s });
+}
+// On a phone the groups come folded.
+function group(title) {
+  const grid = make("div", { className: "plots" }), at = $("plot-groups"), box = make("details", { className: "group", open: !narrow }, make("summary", {}, make("h3", { textContent: title })));
+  at.append(box);
+  box.append(grid);
+  return [grid, box];
+}
+
+// Section forces of a member over its height (a span: along it): at rest, in the row nearest to the greatest load, extremes of all rows; and the greatest means, as the table has them.
+function sectionPlots(m) {
+  const r = ((summary.structures || []).find((s) => s.name === m.structure) || { members: [] }).members.find((x) => x.name === m.name) || {}, x = Array.from(array(`${m.key}_station`));
+  const label = m.structure === m.name ? m.name : `${m.structure}, ${m.name}`, axis = r.span ? "along the span [m]" : "from the base [m]";
+  const nearest = (station) => x.reduce((a, v, i) => (Math.abs(v - station) < Math.abs(x[a] - station) ? i : a), 0), point = (peak) => x.map((_, i) => (i === nearest(peak.station) ? peak.value : null));
+  const curves = (what, title, unit, peak, extremes, more = []) => ({ title: `${label}: ${title}`, unit, x: axis, height: 240,
+    data: [x, ...["first", "then", ...extremes].map((k) => column(`${m.key}_${what}_${k}`)), ...more.map((e) => e.data), ...(peak ? [point(peak)] : [])],
+    series: [{ label: "permanent load", color: "#8d98a6", dash: [5, 4] }, { label: `at ${number(m.time, 5)} s`, color: palette[0], width: 2.2 }, ...extremes.map((k, i) => ({ label: k === "most" ? "greatest of the run" : "least of the run", color: palette[i + 1], width: 1.2 })), ...more.map((e) => e.series), ...(peak ? [{ label: "greatest mean over 1.5 ms (table)", color: "#c0307a", dots: true }] : [])] });
+  const [a, b] = m.shear_design, limits = a > 0 ? (Math.abs(a / b - 1) < 0.01 ? [["V_Rd, design", a]] : [["V_Rd along axis x, design", a], ["along axis y", b]]) : [];
+  const why = "rows are single steps; the table's means over 1.5 ms hold between rows too";
+  return [{ ...curves("shear", "shear force V", "N", r.peak_shear, ["most"], limits.map(([name, v], i) => ({ data: x.map(() => v), series: { label: name, color: i ? "#a5483f" : "#b3261e", dash: [9, 4] } }))), note: why },
+    { ...curves("moment", "bending moment M", "N m", r.peak_moment, ["most"]), note: why }, { ...curves("axial", "axial force N", "N", null, ["least", "most"]), note: "compression positive" }];
+}
+// One member at a time: a viaduct of thirty has a hundred and fifty plots.
+function memberPlots() {
+  const members = meta.members || [], curves = (meta.curves || []).filter((c) => c.member);
+  if (!members.length) return;
+  const [grid, box] = group("Section forces of a member");
+  let shown = [];
+  const use = (m) => { const r = ((summary.structures || []).find((s) => s.name === m.structure) || { members: [] }).members.find((x) => x.name === m.name) || {}; return [r.damage_class ?? -1, r.shear_utilisation_design ? r.shear_utilisation_design.value : 0, r.peak_shear ? r.peak_shear.value : 0]; };
+  const worst = members.reduce((a, b) => { const [u, v] = [use(b), use(a)], k = u.findIndex((x, i) => x !== v[i]); return k >= 0 && u[k] > v[k] ? b : a; });
+  const show = (m) => {
+    forget(shown);
+    grid.replaceChildren();
+    shown = [...sectionPlots(m), ...curves.filter((c) => c.structure === m.structure && c.member === m.name).map(spec)].map((s) => addChart(grid, s));
+  };
+  if (members.length > 1) {
+    const pick = make("select", { id: "member" }, ...members.map((m, i) => make("option", { value: i, textContent: m.structure === m.name ? m.name : `${m.structure}, ${m.name}`, selected: m === worst })));
+    pick.addEventListener("change", () => show(members[+pick.value]));
+    grid.before(make("label", { className: "select member" }, "Member ", pick, make("span", { className: "dim", textContent: ` the worst of ${members.length} comes first` })));
+  }
+  show(worst);
 }
 function plots() {
   const groups = [["impact", "Contact force at each impact"], ["structure", "Structures"], ["energy", "Energy and momentum"]];
   for (const [key, title] of groups) {
-    const curves = (meta.curves || []).filter((c) => c.group === key).map((c) => ({ ...c }));
+    if (key === "energy") memberPlots();
+    const curves = (meta.curves || []).filter((c) => c.group === key && !c.member);
     if (!curves.length) continue;
-    const grid = make("div", { className: "plots" });
-    $("plot-groups").append(make("h3", { textContent: title }));
-    const left = meta.impacts_left_out;
-    if (key === "impact" && left) $("plot-groups").append(make("p", { className: "lead", textContent: `${curves.length} of ${impacts.length} impacts are plotted. ${[left.weak ? `${left.weak} brought less than a hundredth of the greatest impact's energy` : "", left.more ? `${left.more} more are weaker in force than the ${curves.length} shown` : ""].filter(Boolean).join("; ")}. The table of impacts has them all.` }));
-    $("plot-groups").append(grid);
+    const [grid] = group(title), left = meta.impacts_left_out;
+    if (key === "impact" && left) grid.before(make("p", { className: "lead", textContent: `${curves.length} of ${impacts.length} impacts are plotted. ${[left.weak ? `${left.weak} brought less than a hundredth of the greatest impact's energy` : "", left.more ? `${left.more} more are weaker in force than the ${curves.length} shown` : ""].filter(Boolean).join("; ")}. The table of impacts has them all.` }));
     for (const c of curves) {
       const s = spec(c);
       // What stays zero is named in the tables, and hidden here.
       s.series.forEach((x, i) => { if (s.series.length > 3 && !s.data[i + 1].some((v) => v !== 0)) x.show = false; });
-      const f = make("figure", { className: "card" });
-      grid.append(f);
-      chart(f, { height: 260, ...s });
+      addChart(grid, s);
     }
   }
 }
@@ -419,6 +501,13 @@ function tables() {
   table(at, "Structures", "base reactions without the preload, greatest means over 1.5 ms; click a row to select the structure", [t("name", (r) => r.name), t("hit", (r) => (r.hit ? "yes" : r.loaded_through ? `no, loaded through ${r.loaded_through}` : "no")), n("single sub-step force", "kN", (r) => r.peak_force / 1e3), n("impulse", "N s", (r) => norm(r.impulse)), n("support reaction", "kN", (r) => r.peak_base_force / 1e3), n("base shear", "kN", (r) => r.peak_base_shear / 1e3), n("at", "s", (r) => r.peak_base_shear_time, 5), n("base moment", "kN m", (r) => r.peak_base_moment / 1e3), n("at", "s", (r) => r.peak_base_moment_time, 5), n("damage", "", (r) => r.damage_max), n("damaged volume", "m³", (r) => r.damaged_volume)], summary.structures || [], { onPick: (r) => chooseFromTable("structure", structures.findIndex((s) => s.name === r.name)) });
   const members = (summary.structures || []).flatMap((s) => (s.members || []).map((m) => ({ ...m, of: s.name })));
   if (members.length) table(at, "Members", "V and M are greatest means over 1.5 ms; V_Rd by EN 1992-1-1 6.2, accidental design values; stations count from the base, or from one end of what lies; damage class 0 none to 4 lost", [t("structure", (r) => r.of), t("member", (r) => r.name), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("peak V", "kN", (r) => r.peak_shear.value / 1e3), n("at station", "m", (r) => r.peak_shear.station), n("peak M", "kN m", (r) => r.peak_moment.value / 1e3), n("at station", "m", (r) => r.peak_moment.station), n("V_dyn/V_Rd", "", (r) => r.shear_utilisation_design && r.shear_utilisation_design.value), n("residual drift", "%", (r) => (r.residual_drift_ratio === null || r.residual_drift_under_load ? null : 100 * r.residual_drift_ratio)), n("widest crack", "mm", (r) => 1e3 * r.crack_width_peak), n("bars yielded", "", (r) => r.bars_yielded), n("broken", "", (r) => r.bars_broken), n("lost volume", "m³", (r) => r.lost_volume), t("damage", (r) => (r.damage_class !== null ? `${r.damage_class} ${r.damage_class_name}` : r.damage_class_basis ? "not computed (elastic)" : "–"))], members);
+  const spans = members.filter((m) => m.span && m.function);
+  if (spans.length) table(at, "Deck", "what a span may carry after the run, our own rule: closed from damage class 3, an end moved by 50 mm, or a residual deflection of 1/250 of the span; restricted from class 2 or 1/1000", [t("structure", (r) => r.of), t("span", (r) => r.name), t("function", (r) => r.function), { name: "because", get: (r) => r.function_basis, long: true }, n("residual deflection", "mm", (r) => (r.residual_drift ? 1e3 * norm(r.residual_drift) : null)), n("end moved by", "mm", (r) => 1e3 * r.end_shift), n("ends off their bearings", "", (r) => r.ends_unseated)], spans);
+  const place = (k) => (m) => m[k], moved = data.mapOrigin.some((v) => v !== 0);
+  if ((meta.members || []).length) table(at, "Places of the members", `${moved ? "map coordinates" : "scene coordinates"}${summary.map && summary.map.crs ? `, ${summary.map.crs}` : ""}; a pier from the centre of its foot to that of its head, a span from bearings to bearings`, [t("structure", (m) => m.structure), t("member", (m) => m.name), ...["base", "end"].flatMap((k) => ["x", "y", "z"].map((c, i) => n(i ? c : `${k === "base" ? "from" : "to"} ${c}`, "m", (m) => place(k)(m)[i] + data.mapOrigin[i], 9)))], meta.members);
+  const crossed = (meta.lines || []).flatMap((l) => l.rows.map((r) => ({ ...r, line: l.name })));
+  if ((meta.lines || []).length) table(at, "Lines", "passages of the blocks' centroids in plan, either way", [t("line", (l) => l.name), n("passages", "", (l) => l.rows.length, 6), n("blocks", "", (l) => new Set(l.rows.map((r) => r.block)).size, 6), n("first", "s", (l) => (l.rows.length ? Math.min(...l.rows.map((r) => r.time)) : null), 5), n("greatest speed", "m/s", (l) => (l.rows.length ? Math.max(...l.rows.map((r) => r.speed)) : null)), n("greatest energy", "kJ", (l) => (l.rows.length ? Math.max(...l.rows.map((r) => r.kinetic)) / 1e3 : null)), n("greatest height", "m", (l) => (l.rows.some((r) => r.height !== null) ? Math.max(...l.rows.map((r) => r.height ?? -Infinity)) : null))], meta.lines);
+  table(at, "Crossings of lines", "of the centroid; height above the ground", [t("line", (r) => r.line), t("block", (r) => r.block), n("time", "s", (r) => r.time, 6), n("speed", "m/s", (r) => r.speed), n("energy", "kJ", (r) => r.kinetic / 1e3), n("of rotation", "kJ", (r) => r.kinetic_rotational / 1e3), n("height", "m", (r) => r.height), n("x", "m", (r) => r.at[0] + data.mapOrigin[0], 9), n("y", "m", (r) => r.at[1] + data.mapOrigin[1], 9), n("z", "m", (r) => r.at[2] + data.mapOrigin[2], 7)], crossed, { onPick: (r) => { setTime(r.time); location.hash = "#playback"; } });
   if (meta.capacity) table(at, "Residual axial capacity", "greatest load on the top of each member between rigid plates; reserve: capacity now over permanent load; lost: not to be counted on as a pier, and what its stump bears between plates that neither move aside nor tilt is no reserve", [t("structure", (r) => r.structure), t("member", (r) => r.member), n("as built", "kN", (r) => r.capacity_built / 1e3), n("now", "kN", (r) => (r.capacity_now === null ? null : r.capacity_now / 1e3)), n("now/built", "", (r) => r.ratio), n("N permanent", "kN", (r) => r.axial_preload / 1e3), n("reserve", "", (r) => r.reserve), ...(meta.capacity.some((r) => r.lost) ? [n("stump", "kN", (r) => (typeof r.capacity_of_rest === "number" ? r.capacity_of_rest / 1e3 : null))] : []), t("damage", (r) => (r.damage_class === null ? (r.lost ? "lost" : "") : `${r.damage_class} ${r.damage_class_name}`))], meta.capacity);
   table(at, "Probes", "", [t("structure", (r) => r.of), t("probe", (r) => r.name), n("peak displacement", "mm", (r) => 1e3 * r.peak_displacement), n("at", "s", (r) => r.peak_time, 5), n("at the end x", "mm", (r) => 1e3 * r.final_displacement[0]), n("y", "mm", (r) => 1e3 * r.final_displacement[1]), n("z", "mm", (r) => 1e3 * r.final_displacement[2])], (summary.structures || []).flatMap((s) => s.probes.map((p) => ({ ...p, of: s.name }))));
   table(at, "Design cross-checks", "formulas for the blow with the most energy on each structure, with the speed along the contact normal; computed: the run's hardest single sub-step beside a peak, its mean beside an equivalent static force, its force low-passed at 300 Hz beside a static resistance", [t("structure", (r) => r.structure), t("block", (r) => r.block), t("formula", (r) => r.name), t("symbol", (r) => r.symbol), n("formula's value", "kN", (r) => (r.value === null ? null : r.value / 1e3)), t("is a", (r) => r.kind), n("computed", "kN", (r) => r.computed / 1e3), t("which is", (r) => r.computed_is || ""), n("computed / formula", "", (r) => (r.value === null ? null : r.computed / r.value), 3), n("computed, 300 Hz", "kN", (r) => r.computed_filtered / 1e3),
@@ -444,13 +533,23 @@ $("footer").textContent = `Written by Talus. Coordinates are those of the scene;
 // ---- keyboard
 const keys = [["space", "play or pause"], ["← →", "one step back or on (with shift: ten)"], [", .", "impact before, next impact"], ["home end", "first, last instant"], ["- +", "slower, faster"], ["1 … 5", "camera"], ["w a s d", "turn the view"], ["i o", "nearer to what is in the middle, farther"], ["wheel", "nearer, farther where the pointer is, once the view is clicked (or with ctrl); else the page scrolls"], ["n b", "select the next structure or block, the one before"], ["c", "colour of the structure"], ["t", "dark or light"], ["f", "full screen"], ["p", "save a picture"], ["esc", "close the selection"], ["?", "this help"]];
 const dialog = $("help");
-dialog.append(make("h2", { textContent: "Keyboard" }), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
-dialog.addEventListener("click", () => dialog.close());
+// Letters that act wherever one types them are in the way of speech input and of readers' own keys (WCAG 2.1.4).
+let shortcuts = store.get("talus-shortcuts") !== "off";
+const everywhere = make("input", { type: "checkbox", checked: shortcuts, id: "shortcuts" });
+everywhere.addEventListener("change", () => { shortcuts = everywhere.checked; store.set("talus-shortcuts", shortcuts ? "on" : "off"); });
+dialog.setAttribute("aria-labelledby", "help-title");
+const shutHelp = make("button", { className: "icon close", textContent: "✕", title: "Close (Esc)" });
+shutHelp.setAttribute("aria-label", "Close");
+shutHelp.addEventListener("click", () => dialog.close());
+dialog.append(shutHelp, make("h2", { textContent: "Keyboard", id: "help-title" }), make("label", { className: "check" }, everywhere, "shortcuts act everywhere on the page; off: only while the 3D view has the focus"), make("dl", {}, ...keys.flatMap(([k, v]) => [make("dt", {}, ...k.split(" ").map((x) => make("kbd", { textContent: x }))), make("dd", { textContent: v })])));
+dialog.addEventListener("click", (e) => { if (e.target === dialog) dialog.close(); });
 $("help-button").addEventListener("click", () => dialog.showModal());
 document.addEventListener("keydown", (e) => {
   if (dialog.open || e.ctrlKey || e.metaKey || e.altKey || /^(SELECT|TEXTAREA)$/.test(e.target.tagName)) return;
   if (e.target.tagName === "BUTTON" && (e.key === " " || e.key === "Enter")) return;
   if (e.target.tagName === "INPUT" && e.target !== slider) return;
+  if (e.target.tagName === "SUMMARY" && (e.key === " " || e.key === "Enter")) return;
+  if (!shortcuts && e.key !== "Escape" && e.target !== $("view")) return;
   const step = nf > 1 ? length / (nf - 1) : 0.01, select = $("speed"), camera = presets[+e.key - 1];
   const turn = (across, up, nearer = 1) => { if (open3d) scene.turn(across * 0.15, up * 0.1, nearer); };
   const actions = {
@@ -488,7 +587,8 @@ function start3d() {
   }
   $("shot").disabled = !open3d;
 }
-map.open($("map"), $("map-tip"));
+map.open($("map"), $("map-tip"), $("map-note"));
+if (meta.map) $("map").closest("figure").querySelector("figcaption").append(downloads("Map", map.picture, map.rows));
 plots();
 profile();
 tables();

@@ -1,7 +1,7 @@
 // Map in plan: shaded relief, trajectories, deposits, structures; and where the blocks are now.
-import { array, blocks, frames, meta, nb, nf, origin, pose, structures } from "./data.js";
+import { array, blocks, frames, mapOrigin, meta, nb, nf, origin, pose, structures, summary } from "./data.js";
+import { framed } from "./download.js";
 import { css, palette } from "./colors.js";
-import { number } from "./format.js";
 
 const m = meta.map, height = array("map_height");
 let canvas, context, base, ratio = 1, width = 0, tall = 0, scale = 1;
@@ -119,6 +119,7 @@ export function complete() {
 
   trajectories(g);
   g.globalAlpha = 1;
+  const places = [];
   for (const s of structures) {
     const nodes = s.epochs.length ? array(`${s.epochs[0]}_nodes`) : [], points = [];
     for (let i = 0; i < nodes.length; i += 3) points.push([nodes[i], nodes[i + 1]]);
@@ -129,8 +130,11 @@ export function complete() {
     g.closePath();
     g.fillStyle = dark ? "#e8ebefcc" : "#1d2127cc";
     g.fill();
-    label(g, s.name, px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)) + 5, py(h[0][1]) - 4, dark);
+    if (!piers.some((p) => p.structure === s.name)) places.push({ lines: [s.name, coordinates(...middle(h))], x: px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)) + 5, y: py(h[0][1]) - 4 });
   }
+  for (const p of piers) places.push({ lines: [p.name, coordinates(p.base[0] - origin[0], p.base[1] - origin[1])], x: px(p.base[0] - origin[0]) + 6, y: py(p.base[1] - origin[1]) - 6, foot: p });
+  crossings(g, dark);
+  name(g, places, dark);
   for (let b = 0; b < nb; b++) {
     const i = ((nf - 1) * nb + b) * 3, x = frames.position[i], y = frames.position[i + 1];
     if (!(x === x)) continue;
@@ -147,8 +151,53 @@ export function complete() {
   overlay();
 }
 
-function label(g, text, x, y, dark) {
-  g.font = "600 12px system-ui, sans-serif";
+// Piers by their names; spans lie over them.
+const ends = new Set((summary.structures || []).flatMap((s) => (s.members || []).filter((x) => x.span).map((x) => `${s.name}\n${x.name}`)));
+const piers = (meta.members || []).filter((p) => !ends.has(`${p.structure}\n${p.name}`));
+const middle = (points) => points.reduce((a, p) => [a[0] + p[0] / points.length, a[1] + p[1] / points.length], [0, 0]);
+const coordinates = (x, y) => [x + origin[0] + mapOrigin[0], y + origin[1] + mapOrigin[1]].map((v) => v.toFixed(1)).join(", ");
+
+// Names with their coordinates; where two would lie on each other the later one loses first the coordinates, then goes below or away.
+function name(g, places, dark) {
+  const taken = [];
+  for (const { lines, x, y, foot } of places) {
+    if (foot) {
+      g.beginPath();
+      g.arc(px(foot.base[0] - origin[0]), py(foot.base[1] - origin[1]), 3.5, 0, 7);
+      g.fillStyle = "#b3261e";
+      g.fill();
+      g.lineWidth = 1.2;
+      g.strokeStyle = "#fff";
+      g.stroke();
+    }
+    const tries = [[lines, y - 13], [lines, y + 20], [lines.slice(0, 1), y], [lines.slice(0, 1), y + 20]];
+    for (const [shown, top] of tries) {
+      const wide = Math.max(...shown.map((l, i) => { g.font = i ? "11px system-ui, sans-serif" : "600 12px system-ui, sans-serif"; return g.measureText(l).width; }));
+      const left = Math.max(2, Math.min(x, width - wide - 4)), box = [left, top - 11, left + wide, top + 14 * (shown.length - 1) + 3];
+      if (box[1] < 0 || box[3] > tall || taken.some((t) => box[0] < t[2] && box[2] > t[0] && box[1] < t[3] && box[3] > t[1])) continue;
+      taken.push(box);
+      shown.forEach((l, i) => label(g, l, left, top + 14 * i, dark, i ? "11px system-ui, sans-serif" : undefined));
+      break;
+    }
+  }
+}
+
+// Where paths cross the lines of the scene.
+function crossings(g, dark) {
+  for (const l of meta.lines || [])
+    l.rows.forEach((r, i) => {
+      const x = px(r.at[0] - origin[0]), y = py(r.at[1] - origin[1]);
+      g.beginPath();
+      g.moveTo(x - 4, y - 4); g.lineTo(x + 4, y + 4); g.moveTo(x - 4, y + 4); g.lineTo(x + 4, y - 4);
+      g.lineWidth = 2;
+      g.strokeStyle = dark ? "#fff" : "#000";
+      g.stroke();
+      if (!i) label(g, l.name, x + 7, y + 4, dark);
+    });
+}
+
+function label(g, text, x, y, dark, font = "600 12px system-ui, sans-serif") {
+  g.font = font;
   g.lineWidth = 3;
   g.strokeStyle = dark ? "#0e1115" : "#fff";
   g.strokeText(text, x, y);
@@ -194,8 +243,25 @@ function overlay() {
   }
 }
 
-export function open(element, tip) {
+// The map as a file: the picture as it is seen, and the paths in numbers.
+export function picture() {
+  complete();
+  return framed("Trajectories and deposits", canvas, ratio);
+}
+export function rows() {
+  const out = [["block", "t [s]", "x [m]", "y [m]", "z [m]", "speed [m/s]"]];
+  for (let b = 0; b < nb; b++)
+    for (let k = 0; k < nf; k++) {
+      const i = (k * nb + b) * 3, at = [0, 1, 2].map((c) => +(frames.position[i + c] + origin[c] + mapOrigin[c]).toFixed(4));
+      if (at[0] === at[0]) out.push([blocks[b].name, frames.time[k], ...at, frames.speed[k * nb + b]]);
+    }
+  return out;
+}
+
+export function open(element, tip, note) {
   if (!m || m.nx < 2) { element.parentElement.parentElement.hidden = true; return; }
+  const crs = (summary.map && summary.map.crs) || "", moved = mapOrigin.some((v) => v !== 0);
+  note.textContent = `Coordinates: ${moved ? "of the map" : "of the scene"}${crs ? `, ${crs}` : ""}${moved ? `; of the scene they are less by (${mapOrigin.slice(0, 2).join(", ")}) m` : ""}.`;
   canvas = element;
   context = canvas.getContext("2d");
   // The place is kept, so that nothing jumps when the map appears.
@@ -216,7 +282,7 @@ export function open(element, tip) {
         if (d < best) { best = d; name = `${blocks[b].name}, ${k ? "deposit" : "release"} · `; }
       }
     tip.hidden = false;
-    tip.textContent = `${name}x ${number(x / scale + m.x0 + origin[0], 7)}, y ${number((tall - y) / scale + m.y0 + origin[1], 7)} m`;
+    tip.textContent = `${name}${coordinates(x / scale + m.x0, (tall - y) / scale + m.y0)} m`;
     tip.style.left = `${Math.min(x + 14, width - tip.offsetWidth - 4)}px`;
     tip.style.top = `${Math.max(y - 34, 2)}px`;
   });

@@ -1,12 +1,28 @@
 import uPlot from "uplot";
 import { palette } from "./colors.js";
-import { pretty, scaleOf, number } from "./format.js";
+import { downloads, framed } from "./download.js";
+import { pretty, scaleOf, number, text } from "./format.js";
 
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const all = [];  // { make, plot, holder, time }
 let seek = () => {};
 export const onSeek = (f) => { seek = f; };
-const sync = uPlot.sync("time");
+const sync = uPlot.sync("time"), time_label = "t [s]";
+
+// What a curve shows, for who does not see it.
+function inWords(spec) {
+  const range = (y) => {
+    let low = Infinity, high = -Infinity;
+    for (const v of y) if (v !== null && isFinite(v)) { low = Math.min(low, v); high = Math.max(high, v); }
+    return low > high ? "no values" : `${text(low, spec.unit)} to ${text(high, spec.unit)}`;
+  };
+  return `${spec.title}, over ${spec.x || time_label}. ${spec.series.map((s, i) => `${s.label}: ${range(spec.data[i + 1])}`).join("; ")}`;
+}
+// All numbers of the plot, in SI units, as they are before any prefix.
+const rowsOf = (spec) => {
+  const unit = spec.unit === "1" ? "-" : spec.unit;
+  return [[spec.x || time_label, ...spec.series.map((s) => `${s.label} [${unit}]`)], ...Array.from(spec.data[0], (x, i) => [x, ...spec.series.map((_, k) => spec.data[k + 1][i])])];
+};
 
 // As wide as its longest label: a minus sign that is cut off is a wrong number.
 function labelWidth(u, labels, axis) {
@@ -29,10 +45,10 @@ function build(holder, spec) {
     cursor: { drag: { x: true, y: false }, focus: { prox: 24 }, points: { size: 7 }, ...(spec.time ? { sync: { key: sync.key, setSeries: false } } : {}) },
     focus: { alpha: 0.35 },
     series: [
-      { label: spec.x || "t [s]", value: (u, v) => (v === null ? "–" : number(v, 6)) },
+      { label: spec.x || time_label, value: (u, v) => (v === null ? "–" : number(v, 6)) },
       ...spec.series.map((s, i) => ({
         label: s.label, stroke: s.color || palette[i % palette.length], width: s.width || 1.6, dash: s.dash, show: s.show !== false, fill: s.fill, fillTo: s.fill ? (u) => u.scales.y.min : undefined,
-        spanGaps: spec.gaps !== false, points: { show: false }, value: (u, v) => (v === null || v === undefined ? "–" : number(v, 4)),
+        spanGaps: !s.dots && spec.gaps !== false, points: s.dots ? { show: true, size: 9, fill: s.color } : { show: false }, value: (u, v) => (v === null || v === undefined ? "–" : number(v, 4)),
       })),
     ],
     axes: [
@@ -40,6 +56,14 @@ function build(holder, spec) {
       { ...axis, values: labels, size: labelWidth },
     ],
   }, data, holder);
+  plot.ctx.canvas.setAttribute("role", "img");
+  plot.ctx.canvas.setAttribute("aria-label", inWords(spec));
+  // Curves are shown and hidden by a click on their names, or by the keys there.
+  for (const name of plot.root.querySelectorAll(".u-legend .u-series:not(:first-child) th")) {
+    name.tabIndex = 0;
+    name.title = "Show or hide this curve";
+    name.addEventListener("keydown", (e) => { if (e.key === "Enter" || e.key === " ") { e.preventDefault(); e.stopPropagation(); name.click(); } });
+  }
   if (spec.time) {
     const head = document.createElement("div");
     head.className = "playhead";
@@ -63,6 +87,8 @@ export function chart(parent, spec) {
     const [plot, unit] = build(holder, spec);
     entry.plot = plot;
     caption.replaceChildren(Object.assign(document.createElement("span"), { textContent: spec.title }), Object.assign(document.createElement("span"), { className: "u", textContent: unit ? `[${unit}]` : "" }));
+    const full = unit ? `${spec.title} [${unit}]` : spec.title;
+    caption.append(downloads(spec.title, () => framed(full, entry.plot.ctx.canvas, entry.plot.ctx.canvas.width / entry.plot.width, spec.series.flatMap((x, i) => (entry.plot.series[i + 1].show ? [{ label: x.label, color: x.color || palette[i % palette.length] }] : []))), () => rowsOf(spec)));
     if (spec.note) caption.append(Object.assign(document.createElement("span"), { className: "note", textContent: spec.note }));
     head(entry, now);
   };

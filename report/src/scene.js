@@ -310,6 +310,8 @@ function addArrows() {
   }
 }
 
+export const arrowCount = () => arrows.length;
+
 const p = { position: [0, 0, 0], q: [1, 0, 0, 0], speed: 0, kinetic: 0 };
 const matrix = new Matrix4(), quaternion = new Quaternion(), place = new Vector3(), one = new Vector3(1, 1, 1), gone = new Matrix4().makeScale(0, 0, 0), followed = new Vector3();
 let following = false;

@@ -1,6 +1,9 @@
 // Tables that copy to a spreadsheet: tab-separated, full digits, SI, whatever the screen shows.
 import { number, text } from "./format.js";
 
+// On a phone what is long comes folded.
+export const narrow = matchMedia("(max-width: 640px)").matches;
+
 const make = (tag, props = {}, ...children) => { const e = Object.assign(document.createElement(tag), props); e.append(...children); return e; };
 
 async function copy(content, button) {
@@ -45,8 +48,8 @@ export function table(parent, title, note, columns, rows, { limit = 25, onPick }
     }));
   };
   fill(limit);
-  const box = make("div", { className: "table" },
-    make("header", {}, make("b", { textContent: title }), make("span", { textContent: note || "" }), button),
+  const box = make("details", { className: "table", open: !narrow },
+    make("summary", {}, make("b", { textContent: title }), make("span", { textContent: note || "" })), button,
     make("div", { className: "scroll", tabIndex: 0, role: "region", ariaLabel: title }, make("table", { className: "data" }, make("thead", {}, make("tr", {}, ...across.map((c) => make("th", { className: c.text || c.long ? "text" : "", scope: "col", textContent: c.unit && !c.show ? `${c.name} [${c.unit.replaceAll(" ", "\u00a0")}]` : c.name })))), body)));
   if (rows.length > limit) {
     const more = make("button", { className: "more", textContent: `Show all ${rows.length}` });

@@ -69,13 +69,68 @@ void member_histories(ReportData& d, const std::string& p, const std::string& st
     return x;
   };
   for (std::size_t m = 0; m < names.size(); ++m) {
+    json own = extra;
+    own["member"] = names[m];
     const auto plot = [&](const Array<double>& a, const char* what, const char* title, const char* unit) {
       const bool span = kinds[m] == "span";
-      curves(d, fmt::format("{}_member_{}_{}", key, m, what), fmt::format("{}, {}: {}", structure, names[m], title), unit, d.time,
-             {{span ? "start" : "base", resultant(a, m, 0)}, {span ? "middle" : "mid-height", resultant(a, m, stations / 2)}, {span ? "end" : "top", resultant(a, m, stations - 1)}}, 3000, extra);
+      curves(d, fmt::format("{}_member_{}_{}", key, m, what), fmt::format("{}: {} over time", structure == names[m] ? structure : structure + ", " + names[m], title), unit, d.time,
+             {{span ? "start" : "base", resultant(a, m, 0)}, {span ? "middle" : "mid-height", resultant(a, m, stations / 2)}, {span ? "end" : "top", resultant(a, m, stations - 1)}}, 3000, own);
     };
     plot(shear, "shear", "shear force", "N");
     plot(moment, "moment", "bending moment", "N m");
+  }
+}
+
+/// Section forces along each member, over its stations: under permanent load (the first row), in the row nearest to
+/// the greatest load, and the extremes of all rows; |V| = sqrt(V_x^2 + V_y^2), |M| = sqrt(M_x^2 + M_y^2), N with its sign.
+void section_forces(ReportData& d, const std::string& p, const std::string& structure, const std::string& key) {
+  if (!d.file.exists(p + "name")) return;
+  const std::vector<std::string> names = d.file.read_texts(p + "name");
+  const auto station = d.file.read<double>(p + "station"), frame = d.file.read<double>(p + "frame");
+  const auto axial = d.file.read<double>(p + "axial"), shear = d.file.read<double>(p + "shear");
+  const auto moment = d.file.read<double>(p + "moment"), resistance = d.file.read<double>(p + "shear_resistance");
+  const std::size_t nm = names.size(), ns = station.stride(), nt = d.time.size();
+  if (station.dims != Dims{nm, ns} || frame.dims != Dims{nm, 3, 3} || axial.dims != Dims{nt, nm, ns} ||
+      shear.dims != Dims{nt, nm, ns, 2} || moment.dims != shear.dims || resistance.dims != Dims{nm, 2, 2})
+    throw bad_file("results.h5", p, "holds section forces of another shape", "use results that Talus wrote");
+  const json summaries = [&] {
+    for (const json& s : d.summary.value("structures", json::array()))
+      if (s.value("name", std::string()) == structure) return s.value("members", json::array());
+    return json::array();
+  }();
+  const auto size_of = [](const Array<double>& a, std::size_t at) { return std::hypot(a.values[2 * at], a.values[2 * at + 1]); };
+  for (std::size_t m = 0; m < nm; ++m) {
+    const auto told = std::find_if(summaries.begin(), summaries.end(),
+                                   [&](const json& x) { return x.value("name", std::string()) == names[m]; });
+    double peak = d.time.front();
+    for (const char* which : {"peak_shear", "shear_utilisation_design"})
+      if (told != summaries.end() && told->contains(which) && told->at(which).is_object())
+        peak = told->at(which).value("time", peak);
+    const auto after = std::lower_bound(d.time.begin(), d.time.end(), peak);
+    auto row = static_cast<std::size_t>(after - d.time.begin());
+    if (row == nt || (row > 0 && peak - d.time[row - 1] < d.time[row] - peak)) --row;
+    const std::string own = fmt::format("{}_sections_{}", key, m);
+    const auto along = [&](const char* what, auto&& value) {
+      std::vector<float> first, then, least, most;
+      for (std::size_t s = 0; s < ns; ++s) {
+        const auto at = [&](std::size_t t) { return static_cast<float>(value((t * nm + m) * ns + s)); };
+        float low = at(0), high = at(0);
+        for (std::size_t t = 1; t < nt; ++t) low = std::fmin(low, at(t)), high = std::fmax(high, at(t));
+        first.push_back(at(0)), then.push_back(at(row)), least.push_back(low), most.push_back(high);
+      }
+      for (const auto& [suffix, values] : {std::pair{"first", &first}, {"then", &then}, {"least", &least}, {"most", &most}})
+        d.blob.add(fmt::format("{}_{}_{}", own, what, suffix), *values, {ns});
+    };
+    const auto from = station.values.begin() + static_cast<std::ptrdiff_t>(m * ns);
+    d.blob.add(own + "_station", std::vector<double>(from, from + static_cast<std::ptrdiff_t>(ns)), {ns});
+    along("axial", [&](std::size_t at) { return axial.values[at]; });
+    along("shear", [&](std::size_t at) { return size_of(shear, at); });
+    along("moment", [&](std::size_t at) { return size_of(moment, at); });
+    const auto axis = [&](std::size_t k) { return Vec3(Eigen::Map<const Vec3>(&frame.values[9 * m + 3 * k])); };
+    const Vec3 base = axis(0), end = base + station.values[(m + 1) * ns - 1] * axis(1).cross(axis(2));
+    d.meta["members"].push_back({{"structure", structure}, {"name", names[m]}, {"key", own}, {"time", d.time[row]},
+                                 {"base", {base.x(), base.y(), base.z()}}, {"end", {end.x(), end.y(), end.z()}},
+                                 {"shear_design", {resistance.values[4 * m], resistance.values[4 * m + 1]}}});
   }
 }
 
@@ -93,6 +148,7 @@ void structure_histories(ReportData& d) {
       curves(d, fmt::format("{}_probe_{}", key, k), fmt::format("{}: displacement of {}", names[s], probes[k]), "m", d.time,
              {{"x", column(probe, 3 * probes.size(), 3 * k)}, {"y", column(probe, 3 * probes.size(), 3 * k + 1)}, {"z", column(probe, 3 * probes.size(), 3 * k + 2)}}, 5000, extra);
     member_histories(d, p + "members/", names[s], key, extra);
+    if (!d.time.empty()) section_forces(d, p + "members/", names[s], key);
     const std::vector<double> damage = d.file.read<double>(p + "damage_max").values, volume = d.file.read<double>(p + "damaged_volume").values;
     if (!damage.empty() && *std::max_element(damage.begin(), damage.end()) > 0) {
       curves(d, key + "_damage", names[s] + ": greatest damage", "1", d.time, {{"damage", damage}}, 3000, extra);
@@ -143,12 +199,43 @@ void impacts(ReportData& d) {
   }
 }
 
+/// Where and how fast the paths of blocks crossed the lines of the scene, in the order of time.
+void crossings(ReportData& d) {
+  if (!d.file.is_group("/lines")) return;
+  d.meta["lines"] = json::array();
+  for (const std::string& name : d.file.list("/lines")) {
+    const std::string p = "/lines/" + name + "/";
+    const auto block = d.file.read<std::int64_t>(p + "block").values;
+    check_indices(block, d.names.size(), "block of a crossing");
+    const std::size_t n = block.size();
+    const auto read = [&](const char* what, std::size_t width) {
+      std::vector<double> values = d.file.read<double>(p + what).values;
+      if (values.size() != width * n)
+        throw bad_file("results.h5", p + what, "holds another number of rows", "use results that Talus wrote");
+      return values;
+    };
+    const auto time = read("time", 1), position = read("position", 3), velocity = read("velocity", 3);
+    const auto moved = read("kinetic_translational", 1), turned = read("kinetic_rotational", 1);
+    const auto height = read("height", 1);
+    json rows = json::array();
+    for (std::size_t k = 0; k < n; ++k) {
+      const double* x = &position[3 * k];
+      const double* v = &velocity[3 * k];
+      rows.push_back({{"block", d.names[static_cast<std::size_t>(block[k])]}, {"time", time[k]}, {"at", {x[0], x[1], x[2]}},
+                      {"speed", std::hypot(v[0], v[1], v[2])}, {"kinetic", moved[k] + turned[k]},
+                      {"kinetic_rotational", turned[k]}, {"height", height[k]}});
+    }
+    d.meta["lines"].push_back({{"name", name}, {"rows", rows}});
+  }
+}
+
 }  // namespace
 
 void add_curves(ReportData& d) {
   ledger(d);
   structure_histories(d);
   impacts(d);
+  crossings(d);
 }
 
 }  // namespace talus::io

@@ -29,7 +29,7 @@ std::vector<Key> general_keys() {
       {.path = "simulation.threads", .type = Type::integer, .fallback = "0",
        .doc = "Threads; 0 takes all cores. The result does not depend on it.", .min = 0, .max = 4096},
       {.path = "simulation.sleeping", .type = Type::boolean, .fallback = "true",
-       .doc = "Resting blocks with a static certificate cost nothing until something reaches them."},
+       .doc = "Blocks that provably rest are not computed until something reaches them."},
       {.path = "simulation.initial_state", .type = Type::path,
        .doc = "`results.h5` of an earlier run: blocks and structures of the same names start from its last state, damage and contacts included: bonds that were torn stay torn."},
 

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -171,6 +173,51 @@ void warn_of_bare_angles(const Node& table, const std::string& path, const Readi
   }
 }
 
+/// Size of a vector in SI units, where the key is given and can be read (else it has been reported).
+std::optional<double> size_of(const View& view, const char* key, const Dimension& d) {
+  const Node* node = view.get(key);
+  if (!node || node->kind != Node::Kind::array) return {};
+  double square = 0;
+  std::string why;
+  for (const Node& item : node->items)
+    if (const auto v = quantity_of(item, d, why)) square += *v * *v;
+    else return {};
+  return std::sqrt(square);
+}
+
+bool all_bare(const View& view, const char* key) {
+  const Node* node = view.get(key);
+  return std::all_of(node->items.begin(), node->items.end(), [](const Node& item) { return item.is_number(); });
+}
+
+/// Motions and turns that no falling rock has: rocks were seen to reach some 60 m/s and 50 rad/s.
+void warn_of_unusual_motion(const View& block) {
+  constexpr double fastest = 150, wildest = 150;   // [m/s], [rad/s]
+  if (const auto v = size_of(block, "velocity", dimension::velocity); v && *v > fastest)
+    block.problem("velocity", fmt::format("{:.4g} m/s is faster than rocks fall", *v), "check the unit: a bare number is in m/s", warning);
+  if (const auto w = size_of(block, "spin", dimension::angular_velocity); w && *w > wildest)
+    block.problem("spin", fmt::format("{:.4g} rad/s is faster than rocks turn", *w), "check the unit: a bare number is in rad/s", warning);
+  if (const auto given = block.table("orientation"))
+    if (const auto angle = size_of(*given, "rotation_vector", dimension::angle); angle && *angle > 2 * std::numbers::pi * (1 + 1e-9))
+      given->problem("rotation_vector", fmt::format("turns by {:.4g} rad, more than once about", *angle),
+                     all_bare(*given, "rotation_vector") ? "bare numbers are in rad: write each with its unit, \"30 deg\"" : "check the unit", warning);
+}
+
+/// Time and gravity of a fall: seconds to minutes, on the earth.
+void warn_of_unusual_simulation(const View& view, const Simulation& s) {
+  constexpr double longest = 3600, far = 0.1;   // [s], [m] that a block falls in a step
+  const double g = s.gravity.norm();
+  if (view.get("gravity") && s.gravity.z() > 0) view.problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
+  if (view.get("gravity") && g > 0 && (g < 1 || g > 30))
+    view.problem("gravity", fmt::format("{:.4g} m/s^2 is not that of the earth, 9.81 m/s^2", g), "check the number and its unit", warning);
+  if (s.step && 0.5 * g * *s.step * *s.step > far)
+    view.problem("step", fmt::format("a block falls {:.3g} m in one such step: it passes what it should strike", 0.5 * g * *s.step * *s.step),
+                 "check its unit; blocks of a metre take steps of some 1e-3 to 1e-4 s, or give accuracy in its place", warning);
+  if (s.duration > longest)
+    view.problem("duration", fmt::format("is {:.3g} h: rocks fall for seconds to minutes", s.duration / 3600),
+                 "check its unit; until = \"rest\" ends the run when all has come to rest", warning);
+}
+
 /// Names that differ by case only are different names here, and the same to a reader and to many file systems.
 void warn_of_like_names(const View& root, const char* kind) {
   std::vector<std::pair<std::string, const View*>> lower;
@@ -202,12 +249,14 @@ void warn_of_the_implausible(const Reading& in, const View& root) {
   for (std::size_t i = 0; i < structures.size() && i < in.scene.structures.size(); ++i) {
     refuse_what_nobody_builds(structures[i], in.scene.structures[i]);
     warn_of_bars_through_stirrups(structures[i].tables("rebar"));
+    if (const auto ratio = structures[i].maybe("damping_ratio"); ratio && *ratio > 0.2 && *ratio < 1)
+      structures[i].problem("damping_ratio", fmt::format("{:.3g} % of critical damping has no concrete or steel", 100 * *ratio), "write 0.02 for 2 %; concrete has some 1 to 5 %", warning);
     for (const View& rule : structures[i].tables("rebar")) warn_of_unusual_bars(rule, in.scene.structures[i]);
   }
   for (const char* kind : {"material", "block", "structure"}) warn_of_like_names(root, kind);
   if (!root.has("resolved")) warn_of_bare_angles(root.node(), "", in);   // the program writes radians
-  if (const auto simulation = root.table("simulation"); simulation && simulation->get("gravity") && in.scene.simulation.gravity.z() > 0)
-    simulation->problem("gravity", "points upwards", "z is up: write [0, 0, -9.81]", warning);
+  if (const auto simulation = root.table("simulation")) warn_of_unusual_simulation(*simulation, in.scene.simulation);
+  for (const View& view : root.tables("block")) warn_of_unusual_motion(view);
 }
 
 }  // namespace talus::scene

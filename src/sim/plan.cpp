@@ -337,7 +337,7 @@ std::vector<std::string> Simulation::plan() const {
   lines.push_back(springs ? "Contact: springs where a stiffness is given or chosen, hard elsewhere." : "Contact: hard; no springs, no shear history is kept.");
   if (!restitution) lines.push_back("Restitution: not given; impacts on hard contacts are inelastic.");
   if (!cohesion) lines.push_back("Cohesion and tension: none.");
-  if (!w.paper) lines.push_back(s.simulation.sleeping ? "Resting islands sleep on a static certificate and cost nothing; islands in flight take closed-form steps." : "Sleeping is off.");
+  if (!w.paper) lines.push_back(s.simulation.sleeping ? "Blocks that provably rest are not computed until something reaches them; free flight is in closed form." : "Sleeping is off.");
   lines.push_back(time_line(w));
   for (const std::string& n : w.notes) lines.push_back(n);
   for (const std::string& n : s.notes) lines.push_back(n);

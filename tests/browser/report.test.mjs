@@ -49,6 +49,32 @@ function lowContrast() {
   }
   return [...found];
 }
+// What the usual audits of accessibility ask of a page: names of controls and pictures, labels of fields, order of headings, unique ids, tables with heads, lists of their items.
+function inaccessible() {
+  const found = [], shown = [...document.body.querySelectorAll("*")].filter((e) => e.checkVisibility());
+  const name = (e) => (e.getAttribute("aria-label") || (e.getAttribute("aria-labelledby") || "").split(" ").map((i) => (document.getElementById(i) || {}).textContent || "").join(" ") || [...(e.labels || [])].map((l) => l.textContent).join(" ") || e.textContent || e.title || "").trim();
+  let level = 0;
+  for (const e of shown) {
+    const tag = e.tagName.toLowerCase(), say = (what) => found.push(`${what}: ${e.outerHTML.slice(0, 120)}`);
+    if (/^(button|a|summary|canvas|dialog|nav|section)$/.test(tag) && !name(e) && e.getAttribute("role") !== "presentation") say("no name");
+    if (/^(input|select|textarea)$/.test(tag) && !(e.getAttribute("aria-label") || [...e.labels].some((l) => l.textContent.trim()))) say("no label");
+    if (tag === "canvas" && !e.getAttribute("role")) say("a picture without a role");
+    if (/^h[1-6]$/.test(tag)) { if (+tag[1] > level + 1) say(`a heading that skips from ${level}`); level = +tag[1]; }
+    if (e.id && document.querySelectorAll(`#${CSS.escape(e.id)}`).length > 1) say("an id twice");
+    if (tag === "li" && !/^(UL|OL|MENU)$/.test(e.parentElement.tagName)) say("an item without a list");
+    if (/^(dt|dd)$/.test(tag) && !e.closest("dl")) say("a term without a list");
+    if (tag === "table" && e.classList.contains("data") && !e.querySelector("th[scope=col]")) say("a table without heads");
+    if (e.tabIndex > 0) say("an order of its own for the tabulator");
+    if (e.closest("[aria-hidden=true]") && e.tabIndex >= 0) say("hidden, yet in reach of the keyboard");
+    if (/^(button|a|select)$/.test(tag) && e.closest("summary, button, a") !== e && e.closest("summary, button, a")) say("a control within a control");
+    const r = e.getBoundingClientRect();
+    if (/^(button|select)$/.test(tag) && (r.width < 24 || r.height < 24)) say(`a target of ${Math.round(r.width)} x ${Math.round(r.height)}`);
+  }
+  if (document.documentElement.lang !== "en") found.push("no language");
+  if (!document.title) found.push("no title");
+  if (document.querySelectorAll("main").length !== 1) found.push("no main part");
+  return found;
+}
 // Brings the section to the top and waits until the page stands still there: the page scrolls smoothly, and a scroll that is under way, or what is laid out late, moves it on.
 async function bringToTop(page, id) {
   for (let still = 0, k = 0; still < 3; k++) {
@@ -95,7 +121,7 @@ const tests = {
       const [x, y] = await page.evaluate(() => window.talus.onScreen(0));
       await page.mouse.click(x, y);
       assert.deepEqual(await page.evaluate(() => window.talus.chosen), { kind: "block", index: 0 });
-      assert.match(await page.textContent("#panel h3"), /B1/);
+      assert.match(await page.textContent("#panel h2"), /B1/);
       await page.waitForSelector("#panel .uplot");
       await shot(page, "picked-block");
       await page.keyboard.press("Escape");
@@ -112,7 +138,7 @@ const tests = {
         assert.notDeepEqual(await page.evaluate(() => window.talus.onScreen(0)), place, `${key} moves the view`);
       }
       for (const [title, kind] of [["Structures", "structure"], ["Blocks", "block"]]) {
-        await page.locator(".table", { has: page.locator("header b", { hasText: title }) }).locator("tr.pick").first().focus();
+        await page.locator(".table", { has: page.locator("summary b", { hasText: title }) }).locator("tr.pick").first().focus();
         await page.keyboard.press("Enter");
         assert.equal((await page.evaluate(() => window.talus.chosen)).kind, kind, `a row of the table ${title}`);
         await page.keyboard.press("Escape");
@@ -207,6 +233,81 @@ const tests = {
       assert.equal(copied.split("\n")[0].split("\t").length, copied.split("\n")[1].split("\t").length);
     });
   },
+  async "plots have names and come as pictures and numbers"() {
+    await withPage(flat, {}, "one", async (page) => {
+      await page.waitForFunction(() => [...document.querySelectorAll("#plots figure, #site figure")].every((f) => f.querySelector(".downloads")), null, { timeout: 60000 });
+      const unnamed = await page.evaluate(() => [...document.querySelectorAll("canvas")].filter((c) => c.id !== "view" && !(c.getAttribute("role") === "img" && c.getAttribute("aria-label").length > 20)).map((c) => c.outerHTML));
+      assert.deepEqual(unnamed, [], "canvases without a name");
+      const take = async (figure, which) => {
+        const [download] = await Promise.all([page.waitForEvent("download"), figure.locator(".downloads button", { hasText: which }).click()]);
+        return [download.suggestedFilename(), fs.readFileSync(await download.path())];
+      };
+      const force = page.locator("figure", { hasText: "P2: base force" }), [name, png] = await take(force, "PNG");
+      assert.match(name, /^Synthetic-boulder.*P2-base-force\.png$/);
+      assert.equal(png.subarray(1, 4).toString(), "PNG");
+      const drawn = await page.evaluate(() => document.querySelector("#plots .uplot canvas").height);
+      assert.ok(png.readUInt32BE(20) > drawn, "with a title and the names of the curves");
+      const [, csv] = await take(force, "CSV"), lines = csv.toString().trim().split("\r\n");
+      assert.equal(lines[0], "t [s],x [N],y [N],z [N]");
+      assert.ok(lines.length > 500 && lines.every((l) => l.split(",").length === 4));
+      assert.equal(+lines[1].split(",")[3], -1.2e6);   // in newtons, whatever the axis shows
+      const [, paths] = await take(page.locator("figure.wide-map"), "CSV"), rows = paths.toString().trim().split("\r\n");
+      assert.equal(rows[0], "block,t [s],x [m],y [m],z [m],speed [m/s]");
+      assert.match(rows[1], /^B1,0,10\d\d/);   // scene coordinates, not those of the view
+    });
+  },
+  async "a member's section forces, the deck, lines and places"() {
+    await withPage(flat, {}, "one", async (page) => {
+      await page.waitForFunction(() => document.querySelectorAll("#plots .group figure .uplot").length > 7, null, { timeout: 60000 });
+      const titles = () => page.evaluate(() => [...document.querySelectorAll("#plots figcaption > span:first-child")].map((e) => e.textContent));
+      assert.ok((await titles()).includes("P2: shear force V"), "the worst member comes first");
+      assert.ok(!(await titles()).some((t) => /S1/.test(t)));
+      const shown = page.locator("figure", { hasText: "P2: shear force V" });
+      assert.match(await shown.innerText(), /permanent load[\s\S]*greatest of the run[\s\S]*V_Rd, design[\s\S]*greatest mean over 1.5 ms/);
+      assert.match(await page.locator("figure", { hasText: "P2: base force" }).innerText(), /rows, single steps, with the permanent load|base shear/);
+      await page.selectOption("#member", { label: "P2, S1" });
+      await page.waitForFunction(() => [...document.querySelectorAll("#plots figcaption > span:first-child")].some((e) => e.textContent === "P2, S1: bending moment M"));
+      assert.ok(!(await titles()).includes("P2: shear force V"));
+      const card = await page.locator(".stat", { hasText: "Deck" }).innerText();
+      assert.match(card, /open/);
+      const table = (name) => page.locator(".table", { has: page.locator("summary b", { hasText: name }) });
+      assert.match(await table("Deck").innerText(), /S1\s+open\s+damage class 0/);
+      assert.match(await table("Crossings of lines").innerText(), /road\s+B1\s+4\s+21.93\s+4100/);
+      assert.match(await table("Places of the members").innerText(), /P2\s+P2\s+1120/);
+      assert.match(await page.textContent("#map-note"), /Coordinates: of the scene/);
+    });
+  },
+  async "shortcuts can be switched off"() {
+    await withPage(flat, {}, "one", async (page) => {
+      const theme = () => page.getAttribute("html", "data-theme");
+      await page.click("#help-button");
+      await page.uncheck("#shortcuts");
+      assert.ok(await page.isVisible("#help"), "the box does not shut the help");
+      await page.keyboard.press("Escape");
+      const before = await theme();
+      await page.keyboard.press("t");
+      assert.equal(await theme(), before, "a letter does nothing");
+      await page.reload();
+      await page.waitForFunction(() => window.talus);
+      await page.evaluate(() => window.talus.ready);
+      await page.keyboard.press("t");
+      assert.equal(await theme(), before, "and that is kept");
+      await page.click("#help-button");
+      assert.equal(await page.isChecked("#shortcuts"), false);
+      await page.check("#shortcuts");
+      await page.keyboard.press("Escape");
+      await page.keyboard.press("t");
+      assert.notEqual(await theme(), before);
+    });
+  },
+  async "everything has a name, a level and a label"() {
+    await withPage(software, {}, "one", async (page) => {
+      for (const open of [false, true]) {
+        if (open) { await page.evaluate(() => window.talus.choose({ kind: "structure", index: 0 })); await page.waitForTimeout(300); }
+        assert.deepEqual(await page.evaluate(inaccessible), []);
+      }
+    });
+  },
   async "texts are told from their ground in both themes"() {
     for (const colorScheme of ["light", "dark"])
       await withPage(flat, { colorScheme }, "one", async (page) => {
@@ -218,6 +319,15 @@ const tests = {
     await withPage(software, { viewport: { width: 390, height: 844 }, colorScheme: "light" }, "one", async (page) => {
       const [wide, seen] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
       assert.ok(wide <= seen + 1, `page is ${wide} wide in ${seen}`);
+      const tall = await page.evaluate(() => document.documentElement.scrollHeight);
+      assert.ok(tall < 5500, `${tall} pixels on a phone`);   // plots and tables come folded
+      assert.equal(await page.locator("#plots details[open], #tables details[open]").count(), 0);
+      await page.locator("#plots summary").first().click();
+      await page.waitForSelector("#plots .uplot");
+      assert.ok((await page.locator("#plots .uplot").first().boundingBox()).width > 300, "an unfolded plot has the width of the page");
+      assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= seen + 1);
+      await page.locator("#plots summary").first().click();
+      await page.evaluate(() => scrollTo(0, 0));
       await page.evaluate(() => { window.talus.setTime(5.02); });
       await page.waitForTimeout(300);
       await shot(page, "phone");

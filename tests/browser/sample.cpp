@@ -1,4 +1,4 @@
-// talus_sample_report DIR: made-up runs and their reports, for the browser test. DIR/one: a boulder and a pier; DIR/many: a
+// talus_sample_report DIR: made-up runs and their reports, for the browser test. DIR/one: a boulder, a pier that bears a deck, a line; DIR/many: a
 // thousand blocks without a structure; DIR/none: no block at all.
 #include <cstdio>
 #include <exception>
@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     SyntheticRun one;
     one.blocks = 3;
     one.cells = {8, 8, 48};
-    one.bars = true;
+    one.bars = one.members = one.line = true;
     make(one, dir / "one");
     SyntheticRun many;
     many.blocks = 1000;

@@ -1,4 +1,5 @@
-"""The tutorial as a reader follows it: its scenes pass `talus check`, each with the settings of its commands.
+"""The tutorial and the README as a reader follows them: their scenes pass `talus check`, each with the settings of its commands; the README's
+block strikes the README's pier, and does to it what is said there.
 
 Usage: tutorial.py TALUS REPOSITORY DIRECTORY
 """
@@ -36,4 +37,17 @@ for command in runs:
     done = subprocess.run([talus, "check", command[2], *settings], cwd=out, capture_output=True, text=True, timeout=60)
     assert done.returncode == 0, (command, done.stderr)
     assert "error" not in done.stderr, (command, done.stderr)
-print(f"{len(runs)} commands")
+
+readme = (repository / "README.md").read_text()
+blocks = re.findall(r"```toml\n(.*?)```", readme, re.S)
+assert len(blocks) == 2, "a slope, and what is appended for the pier"
+(out / "mine.toml").write_text(blocks[0])
+(out / "pier.toml").write_text(blocks[0] + blocks[1])
+done = subprocess.run([talus, "check", "mine.toml"], cwd=out, capture_output=True, text=True, timeout=60)
+assert done.returncode == 0 and "No problems found" in done.stdout, done.stderr
+command = re.search(r"^build/release/(talus run pier.toml.*?) +#", readme, re.M).group(1)
+done = subprocess.run([talus, *shlex.split(command)[1:]], cwd=out, capture_output=True, text=True, timeout=500)
+assert done.returncode == 0, done.stderr
+struck, lost = re.search(r"\*(B1 struck P1) at [\d.]+ s .*?; (P1: damage class \d of 4, \w+)\*", readme).groups()
+assert struck in done.stdout and lost in done.stdout, (struck, lost, done.stdout)
+print(f"{len(runs) + 2} commands")

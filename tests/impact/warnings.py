@@ -103,6 +103,19 @@ expect("feet", check(base.replace('"1 m"', '"3 ft"')), 2, 'unknown unit "ft": 1 
 expect("no unit at all", check(base.replace('"1 m"', '"3 ells"')), 2, 'unknown unit "ells"; known are m g t s')
 expect("tonnes as kilograms", check(base.replace('"2.6 t/m^3"', "2.6")), 0, "2.6 kg/m^3 is no rock", "1 warning")
 expect("gravity", check(base, "--set", "simulation.gravity=[0, 0, 9.81]"), 0, "points upwards")
+# Numbers that are allowed and hardly meant: one warning each, with the number as it was understood.
+for setting, part in (
+    ("simulation.gravity=[0, 0, -9810]", "9810 m/s^2 is not that of the earth"),
+    ('simulation.step="2 s"', "a block falls 19.6 m in one such step"),
+    ('simulation.duration="100000 s"', "is 27.8 h: rocks fall for seconds to minutes"),
+    ("block.B.velocity=[0, 0, -500]", "500 m/s is faster than rocks fall"),
+    ("block.B.spin=[600, 0, 0]", "600 rad/s is faster than rocks turn"),
+    ("block.B.orientation={ rotation_vector = [0, 0, 90] }", 'turns by 90 rad, more than once about; bare numbers are in rad: write each with its unit, "30 deg"'),
+    ('block.B.orientation={ rotation_vector = [0, 0, "90 deg"] }', "No problems found"),
+    ("block.B.velocity=[0, 0, -50]", "No problems found"),
+):
+    expect(setting, check(base, "--set", setting), 0, part, "1 warning" if "No" not in part else "found", absent=["2 warnings"])
+expect("half of critical damping", check(base + column % ("6", "1 m") + "damping_ratio = 0.5\n"), 0, "50 % of critical damping has no concrete", "1 warning")
 expect("sand grain", check(base.replace('"1 m"', '"1 um"')), 0, "smaller than a cubic millimetre")
 expect("map height", check(base, "--set", "block.B.position=[80, 80, 2400]"), 0, "starts 2379 m above the terrain under it (z = 21)")
 # A box of 1 m: its corner at x = 80.5, z = 39.5 stands over ground at z = 21.125.

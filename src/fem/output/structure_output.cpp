@@ -230,7 +230,7 @@ std::string FemStructure::plan_of_steps() const {
   if (spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system)
     return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
                        spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor");
-  std::string text = fmt::format("{}: condensed steps while blocks {} it, nothing grows and no blow comes{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
+  std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
                                  bearings_ ? "; explicit sub-steps wherever bearings slide" : "");
   if (spec_.integrator == "modal" && !rings_in_modes())
     text += fmt::format("{}: integrator = \"modal\" finds no modes ({}): it goes on as with \"implicit\"\n", spec_.name,
@@ -248,7 +248,7 @@ std::string FemStructure::plan() const {
     text += fmt::format("{}: cells are halved down to {:g} m where a block is about to strike, as long as nothing of it has cracked\n", spec_.name, fine);
   text += plan_of_steps();
   text += spec_.damage == "none" ? fmt::format("{}: elastic, no damage history kept\n", spec_.name) : "";
-  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; history only where the law is needed, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
+  if (damage_) text += fmt::format("{}: concrete damage, f_cm {:.4g} MPa, f_t {:.4g} MPa, G_F {:.4g} N/m; only cells near the damage threshold store damage variables, bulk viscosity 0.06 / 1.2, erosion {}{}\n",
                                    spec_.name, concrete_->f_cm / 1e6, concrete_->f_t / 1e6, concrete_->fracture_energy, spec_.erosion ? "on" : "off", spec_.aggregate > 0 ? fmt::format(", faces of cracks interlock (grains of {:.3g} mm)", 1e3 * spec_.aggregate) : "");
   text += bars_ ? fmt::format("{}: {} bars in {} segments, {:.4g} m^3 of steel, {}\n", spec_.name, bars_->count(), bars_->segments(), bars_->steel_volume(),
                               bars_->slips() ? "bond slip by the Model Code" : "perfect bond")

@@ -32,6 +32,7 @@ struct SyntheticRun {
   double end = 8.0, impact = 5.0, contact_time = 0.02, peak = 40e6;
   double history_interval = 0.01, field_interval = 0.05;
   bool fragment = true, structure = true, bars = false;
+  bool members = false, line = false;  // a pier P2 and a span S1 of five stations each; a line "road" that B1 crosses at 4 s
   Vec3 offset{1000, 2000, 1500};   // far from the origin, as real terrain is
   Vec3 pier{120, 80, 0};           // base centre, relative to offset
 
@@ -71,11 +72,58 @@ struct SyntheticRun {
       s.probes = {"top", "middle"};
       s.probe_at = {base() + Vec3(0, 0, 12), base() + Vec3(0, 0, 6)};
       s.plan = "hexahedra 4 x 4 x 24, 8-node\nno reinforcement: none was given";
+      if (members) s.members = {pier_member(), span_member()};
       h.structures.push_back(s);
     }
     h.materials = {"rock", "slope", "C40"};
     h.plan = {"blocks: " + std::to_string(blocks) + ", rigid, 6 unknowns each", "terrain: rigid, no unknowns", "damage law: left out, the structure is elastic"};
     return h;
+  }
+
+  Member pier_member() const {
+    Member m;
+    m.name = "P2";
+    m.base = base();
+    m.length = 12;
+    m.volume = 48;
+    m.stations = {0, 3, 6, 9, 12};
+    m.axial_preload = 1.2e6;
+    m.shear_design = m.shear_mean = {20e6, 20e6};
+    return m;
+  }
+  Member span_member() const {
+    Member m = pier_member();
+    m.name = "S1";
+    m.span = true;
+    m.base = base() + Vec3(0, -15, 12);
+    m.axis_x = -Vec3::UnitX();
+    m.axis_y = Vec3::UnitZ();
+    m.length = 30;
+    m.stations = {0, 7.5, 15, 22.5, 30};
+    return m;
+  }
+  /// Section forces at station k of five: of the pier of a force at 3.4 m, of the span of its own weight.
+  MemberState member_state(bool span, double t) const {
+    MemberState s;
+    for (int k = 0; k < 5; ++k) {
+      const double below = !span && 3.0 * k < 3.4 ? force(t) : 0.0;
+      s.axial.push_back(span ? 0.0 : 1.2e6 * (1 - 0.1 * k));
+      s.shear.push_back({below, span ? 1e6 * (1 - 0.5 * k) : 0.0});
+      s.moment.push_back({span ? 1.8e6 * k * (4 - k) : 0.0, below * (3.4 - 3.0 * k)});
+    }
+    s.drift = {sway(t), 0};
+    s.crack_width = t < impact ? 0 : 3e-4;
+    return s;
+  }
+  MemberPeaks member_peaks(bool span, double t) const {
+    MemberPeaks p;
+    const double at = impact + 0.5 * contact_time;
+    p.shear = span || t < at ? LoadPeak{1e6, 0, 0} : LoadPeak{0.9 * peak, at, 3};
+    p.use_design = p.use_mean = {p.shear.value / 20e6, p.shear.time, p.shear.station};
+    p.moment = span || t < at ? LoadPeak{7.2e6, 0, span ? 15.0 : 0.0} : LoadPeak{3 * peak, at, 0};
+    p.crack_width = span || t < impact ? 0 : 3e-4;
+    p.drift = span ? 1e-3 : 0.03;
+    return p;
   }
 
   Vec3 base() const { return offset + Vec3(pier.x(), pier.y(), ground(pier.x(), pier.y())); }
@@ -136,6 +184,8 @@ struct SyntheticRun {
       s.probe_displacement = {Vec3(sway(t), 0, 0), Vec3(0.4 * sway(t), 0, 0)};
       s.damage_max = t < impact ? 0 : 0.86 * (1 - std::exp(-60 * (t - impact)));
       s.damaged_volume = t < impact ? 0 : 0.7 * (1 - std::exp(-60 * (t - impact)));
+      for (const bool span : {false, true})
+        if (members) s.members.push_back(member_state(span, t)), s.peaks.members.push_back(member_peaks(span, t));
       r.structures.push_back(s);
       r.ledger.strain = 0.5 * 2e8 * sway(t) * sway(t);
       r.ledger.damage_work = s.damage_max * 4e5;
@@ -224,10 +274,16 @@ struct SyntheticRun {
   /// Records rows [first, last] of the run; `each` is called after every row.
   template <class Each>
   void record(io::Recorder& r, int first, int last, Each each) const {
+    if (line && first == 0) r.lines(std::vector<std::string>{"road"});
     const int per_field = static_cast<int>(std::lround(field_interval / history_interval));
     for (int k = first; k <= last; ++k) {
       const double t = k * history_interval, before = t - history_interval;
       if (k > 0) r.contacts(contact_rows(before, t));
+      if (line && before < 4 && t >= 4) {
+        const io::LineRow crossed{.block = 0, .time = 4, .position = position(0, 4), .velocity = Vec3(20, 0, -9),
+                                  .translational = 4e6, .rotational = 1e5, .height = 2.5};
+        r.crossings({&crossed, 1});
+      }
       if (k > 0 && present(t) > present(before)) {
         const auto f = fragment_info();
         r.extend({&f, 1});

@@ -130,6 +130,93 @@ TEST(Report, IsOneFileWithoutReferencesAndHostileNamesStayText) {
   EXPECT_NE(page.find("\\u003cimg src=x"), std::string::npos);
 }
 
+/// An array of the page, as numbers.
+std::vector<double> array_of(const io::ReportData& data, const std::string& name) {
+  const auto& entry = data.blob.index().at(name);
+  const std::size_t n = entry.at("dims")[0], size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
+  std::vector<double> v(n);
+  for (std::size_t i = 0; i < n; ++i) {
+    const char* from = data.blob.bytes().data() + entry.at("offset").get<std::size_t>() + i * size;
+    float narrow = 0;
+    if (size == sizeof(double)) std::memcpy(&v[i], from, size);
+    else std::memcpy(&narrow, from, size), v[i] = narrow;
+  }
+  return v;
+}
+
+/// Section forces over the stations of a pier under a known force at 3.4 m; a member's place; where a path crosses a line.
+TEST(Report, ShowsSectionForcesAlongMembersAndCrossingsOfLines) {
+  const Scratch scratch;
+  SyntheticRun run;
+  run.terrain_nodes = 9;
+  run.cells = {1, 1, 2};
+  run.end = 5.2;
+  run.history_interval = 0.005;
+  run.members = run.line = true;
+  io::RecorderOptions options;
+  options.directory = scratch.path / "out";
+  options.paraview = false;
+  {
+    io::Recorder recorder(options, run.header());
+    run.record(recorder, 0, run.rows() - 1, [](int) {});
+    recorder.finish({});
+  }
+  io::ReportData data(options.directory);
+  io::add_curves(data);
+  const auto& pier = data.meta.at("members").at(0);
+  const auto& span = data.meta.at("members").at(1);
+  EXPECT_EQ(pier.at("name"), "P2");
+  const Vec3 foot = run.base();
+  for (int k = 0; k < 3; ++k) EXPECT_NEAR(pier.at("base")[k].get<double>(), foot[k], 1e-9);
+  EXPECT_NEAR(pier.at("end")[2].get<double>() - foot.z(), 12, 1e-9);
+  EXPECT_NEAR(span.at("end")[1].get<double>() - foot.y(), 15, 1e-9);   // 30 m along y from 15 m before
+  const std::string key = pier.at("key");
+  EXPECT_EQ(array_of(data, key + "_station"), (std::vector<double>{0, 3, 6, 9, 12}));
+  const double middle = pier.at("time"), force = run.force(middle);
+  EXPECT_NEAR(middle, run.impact + 0.5 * run.contact_time, 0.5 * run.history_interval + 1e-9);
+  const auto then = array_of(data, key + "_shear_then"), most = array_of(data, key + "_shear_most");
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(then[k], k < 2 ? force : 0, 1e-6 * force) << k;
+  EXPECT_NEAR(most[0], std::max({run.force(5.005), run.force(5.01), run.force(5.015)}), 1e-6 * force);
+  EXPECT_NEAR(array_of(data, key + "_moment_then")[0], 3.4 * force, 1e-6 * force);
+  EXPECT_NEAR(array_of(data, key + "_axial_first")[4], 0.72e6, 1);
+  const auto& road = data.meta.at("lines").at(0);
+  EXPECT_EQ(road.at("name"), "road");
+  EXPECT_EQ(road.at("rows").size(), 1u);
+  EXPECT_EQ(road.at("rows")[0].at("block"), "B1");
+  EXPECT_NEAR(road.at("rows")[0].at("speed").get<double>(), std::hypot(20, 9), 1e-12);
+  EXPECT_NEAR(road.at("rows")[0].at("kinetic").get<double>(), 4.1e6, 1e-6);
+}
+
+/// What ground laws took has its curves in the plot of the ledger, and none where they took nothing.
+TEST(Report, LedgerPlotHasWhatGroundLawsTook) {
+  for (const bool taken : {false, true}) {
+    const Scratch scratch;
+    SyntheticRun run;
+    run.structure = run.fragment = false;
+    io::RecorderOptions options;
+    options.directory = scratch.path / "out";
+    options.paraview = false;
+    {
+      io::Recorder recorder(options, run.header());
+      for (int k = 0; k < 3; ++k) {
+        sim::HistoryRow row = run.row(k, run.blocks);
+        row.ledger.ploughing_work = taken ? 3e3 * k : 0, row.ledger.vegetation_work = taken ? 2e3 * k : 0;
+        recorder.history(row);
+      }
+      recorder.finish({});
+    }
+    io::ReportData data(options.directory);
+    io::add_curves(data);
+    const auto series = data.meta.at("curves")[0].at("series").get<std::vector<std::string>>();
+    for (const char* name : {"ploughing", "vegetation"})
+      EXPECT_EQ(std::find(series.begin(), series.end(), name) != series.end(), taken) << name;
+    EXPECT_EQ(std::find(series.begin(), series.end(), "yielding"), series.end());
+    if (!taken) continue;
+    const auto at = std::find(series.begin(), series.end(), "ploughing") - series.begin();
+    EXPECT_NEAR(array_of(data, "energy_" + std::to_string(at)).back(), 6e3, 1e-3);
+  }
+}
+
 /// A blow whose steps are uneven by two orders, with needles in the shortest of them: plot, headline and impulse are of one force.
 TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
   const Scratch scratch;
@@ -164,18 +251,7 @@ TEST(Report, PlotsTheFilteredForceThatItsHeadlineStates) {
   }
   io::ReportData data(options.directory);
   io::add_curves(data);
-  const auto curve = [&](const char* name) {
-    const auto& entry = data.blob.index().at(name);
-    const std::size_t n = entry.at("dims")[0], size = entry.at("type") == "f64" ? sizeof(double) : sizeof(float);
-    std::vector<double> v(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      const char* from = data.blob.bytes().data() + entry.at("offset").get<std::size_t>() + i * size;
-      float narrow = 0;
-      if (size == sizeof(double)) std::memcpy(&v[i], from, size);
-      else std::memcpy(&narrow, from, size), v[i] = narrow;
-    }
-    return v;
-  };
+  const auto curve = [&](const char* name) { return array_of(data, name); };
   const double stated = data.summary.at("impacts")[0].at("filtered_force");
   const auto time = curve("impact_0_time"), mean = curve("impact_0_0"), filtered = curve("impact_0_1");
   EXPECT_NEAR(*std::max_element(filtered.begin(), filtered.end()) / stated, 1, 1e-6);
