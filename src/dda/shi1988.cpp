@@ -128,14 +128,14 @@ std::vector<std::string> Shi1988::plan(const Model& model, const ContactLaws& la
   for (const auto& law : laws.law) {
     hard = hard || law.stiffness == ContactLaw::Stiffness::hard;
     restitution = restitution || law.restitution || law.restitution_tangential;
-    other = other || law.kind != ContactLaw::Kind::linear || law.damping_ratio > 0 || law.rolling_resistance > 0 || law.drilling_resistance > 0;
+    other = other || law.kind != ContactLaw::Kind::linear || law.damping_ratio > 0 || law.rolling_resistance > 0 || law.drilling_resistance > 0 || law.changes_with_way() || law.vegetation_drag > 0;
   }
   if (hard)
     lines.push_back(settings_.penalty > 0
                         ? fmt::format("dda-1988: hard contact becomes springs of {:.3g} N/m", settings_.penalty)
                         : std::string("dda-1988: hard contact becomes springs of ten times the number of the softer Young's modulus"));
   if (restitution) lines.push_back("dda-1988: restitution is not used; the rebound is what the time step makes of the springs");
-  if (other) lines.push_back("dda-1988: contact damping, rolling and drilling resistance and laws other than linear are not used");
+  if (other) lines.push_back("dda-1988: contact damping, rolling and drilling resistance, slip_friction, vegetation and laws other than linear are not used");
   return lines;
 }
 

@@ -28,7 +28,7 @@ std::vector<Key> contact_keys() {
        .doc = "What two materials do when they touch. An entry with exact names goes before one with one \"*\", that before [\"*\", \"*\"]. A pair that can meet and has no entry is an error."},
       {.path = "interface.between", .type = Type::texts, .doc = "The two materials; \"*\" stands for any.", .required = "always in interface"},
       {.path = "interface.preset", .type = Type::choice, .doc = "Ground by name: fills what the interface leaves out of friction, restitution, rolling_resistance, slip_friction and vegetation; the run reports the values and their ranges.",
-       .choices = {"rock", "talus", "compact soil", "soft soil", "forest"}, .source = "ranges as commonly cited, see docs/theory/ground.md; for want of measurements on site, to be calibrated"},
+       .choices = {"rock", "talus", "compact soil", "soft soil", "forest"}, .source = "docs/theory/ground.md; for want of measurements on site, to be calibrated"},
       {.path = "interface.friction", .type = Type::friction, .doc = "Friction: an angle with a unit (\"28 deg\"), or the coefficient as a bare number.", .required = "in interface, unless preset is given", .min = 0},
       {.path = "interface.slip_friction", .type = Type::table, .doc = "Friction that grows with the way slid, mu(s) = friction + (most - friction) 2/pi atan(s/length), and falls back in flight: ground that is heaped up before a block. A way belongs to a block.", .source = "Leine et al. 2014"},
       {.path = "interface.slip_friction.most", .type = Type::friction, .doc = "What it grows to, above friction.", .required = "always in interface.slip_friction", .min = 0},

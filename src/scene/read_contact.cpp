@@ -113,7 +113,7 @@ void read_law_form(Reading& in, const View& view, ContactLaw& law) {
   stray("points", "table");
 }
 
-/// A ground by name: what it fills in, and the range that each value is commonly given within (docs/theory/ground.md).
+/// A ground by name: what it fills in, and the ranges of its values (docs/theory/ground.md has their sources).
 struct Preset {
   const char* name;
   double friction, restitution, rolling;       // [deg], 1, 1
@@ -122,11 +122,11 @@ struct Preset {
   const char* ranges;
 };
 constexpr Preset presets[] = {
-    {"rock", 35, 0.35, 0.05, 0, 1, 0, 0, 0, "friction 30 to 40 deg, restitution 0.3 to 0.5, rolling_resistance 0 to 0.1"},
-    {"talus", 38, 0.2, 0.15, 0, 1, 0, 0, 0, "friction 35 to 42 deg, restitution 0.1 to 0.35, rolling_resistance 0.1 to 0.3"},
-    {"compact soil", 33, 0.15, 0.2, 2, 0.5, 5, 0, 0, "friction 30 to 38 deg, restitution 0.05 to 0.3, rolling_resistance 0.1 to 0.3, slip_friction.most 1.5 to 2"},
-    {"soft soil", 28, 0.05, 0.3, 2, 0.8, 5, 0, 0, "friction 14 to 33 deg, restitution 0 to 0.2, rolling_resistance 0.2 to 0.5, slip_friction.most 1.5 to 2"},
-    {"forest", 33, 0.1, 0.25, 2, 0.5, 5, 5, 500, "as compact soil; vegetation.drag 250 (open) to 750 kg/s (dense), vegetation.height 2 to 10 m"},
+    {"rock", 35, 0.35, 0.05, 0, 1, 0, 0, 0, "friction 28 to 39 deg, restitution 0 to 0.65, rolling_resistance 0 to 0.3"},
+    {"talus", 38, 0.2, 0.15, 0, 1, 0, 0, 0, "friction 32 to 42 deg, restitution 0 to 0.45, rolling_resistance 0 to 0.35"},
+    {"compact soil", 22, 0.15, 0.2, 2, 0.4, 175, 0, 0, "friction 19 to 29 deg, restitution 0 to 0.35, rolling_resistance 0 to 0.35, slip_friction.most 2, length 0.33 to 0.5 m, recovery 150 to 185 1/s"},
+    {"soft soil", 14, 0.05, 0.3, 2, 0.8, 100, 0, 0, "friction 11 to 17 deg, restitution 0 to 0.15, rolling_resistance 0 to 0.8, slip_friction.most 2, length 0.67 to 1 m, recovery 50 to 125 1/s"},
+    {"forest", 22, 0.15, 0.2, 2, 0.4, 175, 5, 500, "as compact soil; vegetation.drag 250 (open) to 750 kg/s (dense), vegetation.height 2 to 10 m"},
 };
 
 /// Friction, the laws of ground, and what a preset fills in.
@@ -144,7 +144,7 @@ void read_ground(Reading& in, const View& view, ContactLaw& law) {
     if (preset->most > 0) law.friction_most = std::max(preset->most, law.friction), law.friction_way = preset->way, law.friction_recovery = preset->recovery;
     law.vegetation_height = preset->height, law.vegetation_drag = preset->drag;
     const auto names = view.texts("between");
-    in.scene.notes.push_back(fmt::format("contact {}: preset \"{}\" stands for what is left out; commonly given: {}. Starting values, to be calibrated.", fmt::join(names, "/"), preset->name, preset->ranges));
+    in.scene.notes.push_back(fmt::format("contact {}: preset \"{}\" stands for what is left out; ranges: {}. Starting values, to be calibrated (docs/theory/ground.md says where they come from).", fmt::join(names, "/"), preset->name, preset->ranges));
   }
   if (const auto slip = view.table("slip_friction")) {
     if (const Node* most = slip->get("most")) law.friction_most = friction_coefficient(*most);

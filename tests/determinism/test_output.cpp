@@ -14,6 +14,7 @@
 
 #include "scene/scene.hpp"
 #include "sim/simulation.hpp"
+#include "sim/world.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
@@ -65,7 +66,8 @@ void expect_equal(const sim::HistoryRow& a, const sim::HistoryRow& b) {
   EXPECT_EQ(a.kinetic_rotational, b.kinetic_rotational) << "t = " << a.time;
   const sim::LedgerRow &l = a.ledger, &m = b.ledger;
   for (const auto& [x, y] : {std::pair(l.kinetic, m.kinetic), std::pair(l.potential, m.potential), std::pair(l.strain, m.strain), std::pair(l.contact, m.contact), std::pair(l.friction_work, m.friction_work),
-                             std::pair(l.damping_work, m.damping_work), std::pair(l.algorithmic, m.algorithmic), std::pair(l.residual, m.residual)})
+                             std::pair(l.damping_work, m.damping_work), std::pair(l.algorithmic, m.algorithmic), std::pair(l.residual, m.residual), std::pair(l.yield_work, m.yield_work),
+                             std::pair(l.ploughing_work, m.ploughing_work), std::pair(l.vegetation_work, m.vegetation_work)})
     EXPECT_EQ(x, y) << "t = " << a.time;
   EXPECT_EQ(l.linear_momentum, m.linear_momentum);
   EXPECT_EQ(l.angular_momentum, m.angular_momentum);
@@ -137,11 +139,29 @@ std::string pile(double duration) {
   return s.str();
 }
 
+/// Every law of the ground that has a memory or an energy of its own: a layer that yields, hardens, ends and is ploughed, friction that grows with the way slid, growth.
+std::string on_soft_ground(bool ground_laws = true) {
+  SceneText s(Method::by_accuracy(1e-3), 1.0);
+  s.material("rock", 2600).interface("rock", "rock", 0.5);
+  s.interface("rock", "ground", 0.3, ground_laws ? "normal_stiffness = \"50 MPa/m\"\ncontact_law = { kind = \"crushing\", pressure = \"0.2 MPa\", gradient = \"2 MPa/m\", thickness = \"0.08 m\", ploughing = \"50 kPa\", ploughing_density = 1000 }\n"
+                                                   "slip_friction = { most = 1.2, length = \"0.5 m\", recovery = \"5 1/s\" }\nvegetation = { height = \"2 m\", drag = 300 }"
+                                                 : "normal_stiffness = \"50 MPa/m\"");
+  s.plane(Vec3(std::sin(0.5), 0, std::cos(0.5)));
+  for (int i = 0; i < 3; ++i) s.box(fmt::format("B{}", i), Vec3(1, 0.8, 0.6), Vec3(1.4 * i, 1.5 * i, 1.1 - 0.76 * i), velocity(Vec3(3, 0.2, -2)) + spin(Vec3(0.3, 1, 0.2)));
+  return s.str();
+}
+
 TEST(Output, BouncingBlock) { EXPECT_LT(same_at_any_interval(bouncing()), 1e-3); }
 TEST(Output, SlidingOntoRoughGround) { EXPECT_LT(same_at_any_interval(sliding_onto_rough()), 1e-3); }
 TEST(Output, TwoBlocksThatMeet) { EXPECT_LT(same_at_any_interval(two_blocks_meet()), 1e-3); }
 TEST(Output, PileOfTwenty) { EXPECT_LT(same_at_any_interval(pile(0.4)), 1e-3); }
 
+TEST(Output, SoftGround) {
+  EXPECT_LT(same_at_any_interval(on_soft_ground()), 1e-3);
+  const sim::LedgerRow laws = run(on_soft_ground()).rows.back().ledger, none = run(on_soft_ground(false)).rows.back().ledger;
+  for (const double work : {laws.yield_work, laws.ploughing_work, laws.vegetation_work, laws.friction_work}) EXPECT_GT(work, 0.005 * 3 * 0.5 * 1248 * 13);   // each takes its part of the kinetic energy
+  EXPECT_EQ(none.yield_work + none.ploughing_work + none.vegetation_work, 0);
+}
 TEST(Output, FixedStepThatIsNoPartOfTheInterval) {
   SceneText s(Method::fixed_step(7e-3), 0.5);
   s.material("rock", 2600).interface("rock", "ground", 0.5, "normal_stiffness = \"hard\"\nrestitution = 0.6").plane(Vec3::UnitZ());
@@ -174,6 +194,39 @@ TEST(Output, RestartBetweenRows) {
     ASSERT_EQ(rest.rows.size() + whole.rows_before, whole.rows.size());
     EXPECT_EQ(compare(whole, rest), static_cast<int>(rest.rows.size()));
   }
+}
+
+/// What the ground remembers (craters, ways slid) goes into a checkpoint: stopped at any of them, in contact or in flight, the rest has the bits of the whole.
+TEST(Output, RestartOnSoftGround) {
+  class All : public Recorded {
+   public:
+    void checkpoint(const sim::Checkpoint& state) override { states.emplace_back(state, rows.size()); }
+    std::vector<std::pair<sim::Checkpoint, std::size_t>> states;
+  } whole;
+  const std::string text = with(on_soft_ground(), {3e-3, 0.05}, "checkpoint_steps = 1\n");
+  sim::Simulation first(scene::read_scene_text(text, "/test.toml"));
+  ASSERT_EQ(first.run(whole).exit_code, 0);
+  ASSERT_GT(whole.states.size(), 5u);
+  const double crush_depth = first.world().counters().crush_depth;
+  EXPECT_GT(crush_depth, 0);
+  for (std::size_t k = 0; k < whole.states.size(); k += std::max<std::size_t>(1, whole.states.size() / 8)) {
+    sim::Simulation again(scene::read_scene_text(text, "/test.toml"));
+    again.restore(whole.states[k].first);
+    Recorded rest;
+    ASSERT_EQ(again.run(rest).exit_code, 0);
+    ASSERT_EQ(rest.rows.size() + whole.states[k].second, whole.rows.size());
+    EXPECT_EQ(compare(whole, rest), static_cast<int>(rest.rows.size())) << "stopped before row " << whole.states[k].second;
+    EXPECT_EQ(again.world().counters().crush_depth, crush_depth);
+  }
+}
+
+TEST(Output, TwoThreadsOnSoftGround) {
+  const std::string text = with(on_soft_ground(), {3e-3, 0.05});
+  std::string two = text;
+  two.replace(two.find("threads = 1"), 11, "threads = 2");
+  const Recorded one = run(text), other = run(two);
+  ASSERT_EQ(one.rows.size(), other.rows.size());
+  EXPECT_EQ(compare(one, other), static_cast<int>(other.rows.size()));
 }
 
 /// In flight rows are the closed form: parabola, angular momentum and energy to round-off.

@@ -180,16 +180,23 @@ def one_message():
     assert err.count("talus: cannot write") == 1, err
 
 
-def no_mpi_without_mpirun():
+def mpi_starts_with_mpirun_alone():
+    """deal.II maps Open MPI; what Open MPI loads as it is started (mca_*) shows whether it was."""
     scene = write("alone", ELASTIC.replace("DURATION", "0.5 ms"))
-    process = subprocess.run([TALUS, "run", str(scene), "-o", str(WORK / "alone")], env=dict(ENVIRONMENT, LD_DEBUG="files"), capture_output=True, text=True, timeout=200)
-    assert process.returncode == 0
-    assert "libtalus_fem.so" in process.stderr and "libmpi.so" not in process.stderr
+    for ranks in (1, 2):
+        command = [TALUS, "run", str(scene), "-o", str(WORK / f"alone{ranks}")]
+        command = command if ranks == 1 else [MPIRUN, "--oversubscribe", "-np", "2", "-x", "LD_DEBUG=files"] + command
+        environment = dict(ENVIRONMENT, LD_DEBUG="files") if ranks == 1 else ENVIRONMENT
+        process = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=200)
+        assert process.returncode == 0, process.stderr[-2000:]
+        assert "libtalus_fem.so" in process.stderr
+        assert ("/mca_btl" in process.stderr) == (ranks == 2), f"{ranks} ranks"
+        assert ("libtalus_mpi.so" in process.stderr) == (ranks == 2), f"{ranks} ranks"
 
 
 subprocess.run(["rm", "-rf", str(WORK)], check=True)
 WORK.mkdir(parents=True)
-for check in (no_mpi_without_mpirun, one_message, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume):
+for check in (mpi_starts_with_mpirun_alone, one_message, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume):
     begin = time.time()
     check()
     print(f"{check.__name__}: {time.time() - begin:.1f} s", flush=True)

@@ -68,6 +68,8 @@ TEST(StructurePlan, SaysWhichCellsTheConcreteCannotHave) {
   StructureSpec s = cantilever(1, 6);
   s.f_cm = 38e6, s.damage = "concrete";
   EXPECT_NE(problem_of(s).find("snap back"), std::string::npos);
+  s.cells = {2, 2, 16};   // of 0.75 m: the edges would do, the diagonals of 1.3 m do not
+  EXPECT_NE(problem_of(s).find("along its diagonal"), std::string::npos);
   s.cells = {3, 3, 24};
   EXPECT_EQ(problem_of(s), "");
 }

@@ -26,6 +26,35 @@ TEST(ReadScene, NamesOfPiecesAreKeptForThem) {
   EXPECT_NO_THROW(read_scene_text(scene, place.scene(), {{"coupling.fragments", "false"}}));
 }
 
+TEST(ReadScene, PresetsFillWhatIsLeftOut) {
+  const Place place;
+  const auto law_of = [&](const std::string& lines) {
+    const Scene s = read_scene_text("schema = 1\n[simulation]\nduration = 1\n[[plane]]\nnormal = [0, 0, 1]\nmaterial = \"ground\"\n[[material]]\nname = \"rock\"\ndensity = 2600\n[[interface]]\nbetween = [\"rock\", \"*\"]\nnormal_stiffness = \"hard\"\n" +
+                                        lines + "\n[[block]]\nname = \"B\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [1, 1, 1]\nposition = [0, 0, 1]\n",
+                                    place.scene());
+    EXPECT_EQ(std::any_of(s.notes.begin(), s.notes.end(), [](const std::string& n) { return n.find("preset \"") != std::string::npos && n.find("to be calibrated") != std::string::npos; }), lines.find("preset") != std::string::npos);
+    return s.laws(index(s, "rock"), index(s, "ground"));
+  };
+  for (const char* name : {"rock", "talus", "compact soil", "soft soil", "forest"}) {
+    const ContactLaw law = law_of("preset = \"" + std::string(name) + "\"");
+    EXPECT_GT(law.friction, 0.2) << name;
+    EXPECT_LT(law.friction, 0.9) << name;
+    EXPECT_TRUE(law.restitution.has_value()) << name;
+    EXPECT_GT(law.rolling_resistance, 0) << name;
+    EXPECT_EQ(law.changes_with_way(), std::string(name) != "rock" && std::string(name) != "talus") << name;
+    EXPECT_EQ(law.vegetation_drag > 0, std::string(name) == "forest") << name;
+  }
+  // What is given holds.
+  const ContactLaw own = law_of("preset = \"soft soil\"\nfriction = 0.5\nrestitution = 0.3\nrolling_resistance = 0\nslip_friction = { most = 1.0, length = 2.0 }");
+  EXPECT_EQ(own.friction, 0.5);
+  EXPECT_EQ(own.restitution, 0.3);
+  EXPECT_EQ(own.rolling_resistance, 0);
+  EXPECT_EQ(own.friction_most, 1);
+  EXPECT_EQ(own.friction_way, 2);
+  EXPECT_EQ(own.friction_recovery, 0);
+  EXPECT_FALSE(law_of("friction = 0.5").restitution.has_value());
+}
+
 TEST(ReadScene, FillsTheStructs) {
   const Place place;
   const Scene s = read_scene_text(full, place.scene());
