@@ -17,7 +17,7 @@ namespace talus::fem {
 namespace {
 
 // Measured on viaducts and boxes of 2,000 to 260,000 cells, rounded up [bytes].
-constexpr double bytes_of_cell = 1500, bytes_of_damaged_cell = 6000;   // mesh, kernels, fields; with its history
+constexpr double bytes_of_cell = 2400, bytes_of_damaged_cell = 6000;   // triangulation, then kernels and fields; with its history
 constexpr double bytes_by_multigrid = 12000;                           // of a cell, while the whole is solved for
 constexpr double bytes_by_factor = 20000;                              // of a cell up to largest_factored_system degrees of freedom
 constexpr double seconds_by_multigrid = 2e-4, seconds_by_factor = 2e-4;   // of CPU, of a cell, for each solution that is asked for

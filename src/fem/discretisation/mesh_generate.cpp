@@ -87,7 +87,7 @@ double refined_count(const StructureSpec& spec) {
 
 /// Refuses what this machine cannot hold before any of it is made: a slip of the unit would fill its memory in silence.
 void check_count(const StructureSpec& spec) {
-  constexpr double bytes_per_cell = 1200, bytes_per_damage_cell = 6000;   // measured, building and stepping
+  constexpr double bytes_per_cell = 2400, bytes_per_damage_cell = 6000;   // measured, building and stepping
   const double cell = spec.damage == "none" ? bytes_per_cell : bytes_per_damage_cell;
   const double memory = available_memory();
   const double volume = volume_of(spec), h = spec.cell_size, most = std::min(2e7, memory / cell);
