@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "contact/detect.hpp"
+#include "contact/plumb.hpp"
 #include "contact/surface_order.hpp"
 #include "core/disjoint_sets.hpp"
 #include "geometry/mesh.hpp"
@@ -349,6 +350,40 @@ void name_parts(const Mesh& mesh, TerrainOptions& options) {
   };
 }
 
+/// Meshes that stand in the ground of a grid (an embankment, a wall), but for their faces that look down into it.
+void stand_on_grid(TerrainOptions& options, std::vector<Vec3>& vertices, std::vector<std::array<int, 3>>& triangles, std::vector<Problem>& warnings) {
+  const auto stands = [](const auto& area) { return !area.mesh_file.empty(); };
+  const auto first = std::find_if(options.material_areas.begin(), options.material_areas.end(), stands);
+  if (first == options.material_areas.end()) return;
+  Mesh mesh = join_parts("", options);
+  name_parts(mesh, options);
+  for (Vec3& v : mesh.vertices) v -= options.origin;
+  for (Problem& p : orient_sheets(mesh.vertices, mesh.triangles, first->mesh_file, options.origin, options.crop)) warnings.push_back(std::move(p));
+  TriangleSurface ground;
+  ground.vertices = vertices;
+  ground.triangles = triangles;
+  const contact::SurfaceIndex index(ground);
+  const int base = static_cast<int>(vertices.size());
+  std::vector<std::string> names;   // of the triangles that are added
+  vertices.insert(vertices.end(), mesh.vertices.begin(), mesh.vertices.end());
+  for (const auto& t : mesh.triangles) {
+    const Vec3 &a = mesh.vertices[static_cast<std::size_t>(t[0])], &b = mesh.vertices[static_cast<std::size_t>(t[1])], &c = mesh.vertices[static_cast<std::size_t>(t[2])];
+    const Vec3 middle = (a + b + c) / 3;
+    if ((b - a).cross(c - a).z() < 0 && contact::plumb_at(index, Vec3(middle.x(), middle.y(), highest + 1)).floor >= middle.z()) continue;
+    triangles.push_back({t[0] + base, t[1] + base, t[2] + base});
+    names.push_back(options.part_at(middle));
+  }
+  // What is nearest decides, as among the parts of a mesh.
+  ground.vertices = vertices;
+  ground.triangles = triangles;
+  ground.two_sided = true;
+  options.part_at = [whole = std::make_shared<const contact::SurfaceIndex>(ground), first_part = static_cast<int>(triangles.size() - names.size()), names](const Vec3& x) -> const std::string& {
+    static const std::string none;
+    const int t = whole->triangle_at(x);
+    return t < first_part ? none : names[static_cast<std::size_t>(t - first_part)];
+  };
+}
+
 }  // namespace
 
 Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
@@ -379,6 +414,7 @@ Terrain load_terrain(const std::string& path, const TerrainOptions& options) {
   TerrainOptions rest = options;
   rest.crop.reset();  // already done, on whole cells
   if (rest.crs.empty()) rest.crs = raster.crs;
+  stand_on_grid(rest, vertices, triangles, grid.warnings);
   Terrain out = assemble(std::move(vertices), std::move(triangles), rest, path);   // its triangles face up as they are made
   out.grid = std::move(grid.grid);
   out.crs = raster.crs;

@@ -219,6 +219,7 @@ std::vector<Problem> orient_sheets(const std::vector<Vec3>& vertices, Triangles&
                                  "turn them in the file if the rock lies on the other side, or set site.two_sided for a sheet that bears from both"));
     }
   }
+  const std::size_t borders = crop ? 0 : rims(triangles, next, vertices.size());   // sides are numbered as the file winds its faces
   for (std::size_t t = 0; t < triangles.size(); ++t)
     if (sign[t] < 0) std::swap(triangles[t][1], triangles[t][2]);
   if (against > 0)
@@ -230,7 +231,7 @@ std::vector<Problem> orient_sheets(const std::vector<Vec3>& vertices, Triangles&
     if (kept(Box3(x, x))) inconsistent.add(x);
   if (crowded.count > 0)
     warnings.push_back(warning(name, edges(crowded, origin), "more than two faces meet there: the side of the rock is not carried across, each part faces up by itself", "remove inner walls and flaps from the mesh where parts of it overhang"));
-  warn_of_pieces(std::move(pieces), open, crop ? 0 : rims(triangles, next, vertices.size()), name, warnings);
+  warn_of_pieces(std::move(pieces), open, borders, name, warnings);
   if (inconsistent.count > 0)
     warnings.push_back(warning(name, edges(inconsistent, origin), "the sheet closes in itself like a Moebius strip, so that its faces cannot all have the rock on the same side; they change sides there", "correct the mesh, or set site.two_sided"));
   return warnings;

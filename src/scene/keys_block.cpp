@@ -48,6 +48,7 @@ void add_orientation(std::vector<Key>& keys, const std::string& at) {
 std::vector<Key> block_keys() {
   std::vector<Key> keys{
       {.path = "block", .type = Type::tables, .doc = "Single blocks."},
+      {.path = "block.enabled", .type = Type::boolean, .fallback = "true", .doc = "false: as if the block were not in the scene."},
       {.path = "block.name", .type = Type::text, .doc = "Name in histories and reports. Omitted: B and its place, from 1."},
       {.path = "block.material", .type = Type::text, .doc = "Material of the block.", .required = "always in block"},
   };

@@ -7,6 +7,7 @@ using namespace dimension;
 std::vector<Key> structure_keys() {
   std::vector<Key> keys{
       {.path = "structure", .type = Type::tables, .doc = "Deformable structures, as finite elements."},
+      {.path = "structure.enabled", .type = Type::boolean, .fallback = "true", .doc = "false: as if the structure were not in the scene; for options that are compared, by --set structure.NAME.enabled=false."},
       {.path = "structure.name", .type = Type::text, .doc = "Name in histories and reports. Omitted: S and its place, from 1."},
       {.path = "structure.kind", .type = Type::choice, .doc = "Parametric viaduct, column (base, section, height), box (position, size), or a mesh file.", .required = "always in structure",
        .choices = {"viaduct", "column", "box", "mesh"}},

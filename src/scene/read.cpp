@@ -227,10 +227,23 @@ Node parse_scene(const std::string& text, const std::string& path, const Overrid
   return root;
 }
 
+/// Takes out what is switched off.
+void leave_out(Node& root) {
+  const auto off = [](const Node& item) {
+    const Node* enabled = item.find("enabled");
+    return enabled != nullptr && enabled->kind == Node::Kind::boolean && !enabled->boolean;
+  };
+  for (const char* key : {"structure", "block", "plane"})
+    if (Node* list = root.find(key)) std::erase_if(list->items, off);
+  if (Node* site = root.find("site"))
+    if (Node* areas = site->find("area")) std::erase_if(areas->items, off);
+}
+
 /// `known`: files whose hashes are known.
 Scene read_tree(Node root, const std::string& path, std::vector<Problem> problems, const std::vector<std::pair<std::string, std::string>>* known, bool resolve) {
   Scene scene;
   validate(root, problems);
+  leave_out(root);
 
   std::error_code error;
   const fs::path absolute = fs::absolute(path, error).lexically_normal();

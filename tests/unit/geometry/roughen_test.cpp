@@ -7,6 +7,7 @@
 #include <fstream>
 #include <map>
 
+#include "contact/plumb.hpp"
 #include "core/error.hpp"
 #include "geometry/terrain.hpp"
 
@@ -145,6 +146,42 @@ TEST(Parts, SolidsGroupsAndFilesAreZones) {
     EXPECT_EQ(area_of(joined, 0, false), 2);
     EXPECT_EQ(joined.surface.vertices.size(), 6u);  // the seam is one
   }
+}
+
+TEST(Parts, ASheetThatIsTurnedHasNoMoreHolesThanItHad) {
+  TriangleSurface s = halves(3);
+  for (auto& t : s.triangles) std::swap(t[1], t[2]);   // faces down
+  const Terrain whole = make_terrain(s.vertices, s.triangles, {}, "whole");
+  for (const Problem& p : whole.warnings) EXPECT_EQ(p.value.find("hole"), std::string::npos) << p.value;
+  s.triangles.erase(s.triangles.begin() + 14, s.triangles.begin() + 16);   // a quad within
+  const Terrain open = make_terrain(s.vertices, s.triangles, {}, "open");
+  EXPECT_EQ(std::count_if(open.warnings.begin(), open.warnings.end(), [](const Problem& p) { return p.value == "1 hole"; }), 1);
+}
+
+TEST(Parts, AWallStandsInTheGroundOfAGrid) {
+  // Ground that rises from 0 to 10 m to the north; a wall up to 12 m, whose foot lies in the ground.
+  std::string grid = "ncols 21\nnrows 21\nxllcorner 999\nyllcorner -1\ncellsize 2\n";
+  for (int i = 0; i < 21; ++i)
+    for (int j = 0; j < 21; ++j) grid += std::to_string(10 - 0.5 * i) + (j < 20 ? " " : "\n");
+  const File asc("grid.asc", grid);
+  const File wall("wall.obj",
+                  "v 1005 5 -5\nv 1030 5 -5\nv 1030 8 -5\nv 1005 8 -5\nv 1005 6 12\nv 1030 6 12\nv 1030 7 "
+                  "12\nv 1005 7 12\n"
+                  "f 4 3 2 1\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 4 1 5 8\nf 5 6 7 8\n");
+  TerrainOptions o;
+  o.origin = Vec3(1000, 0, 0);
+  o.material_areas = {
+      {.polygon_file = {}, .raster_file = {}, .value = 0, .material = 3, .part = {}, .mesh_file = wall.path}};
+  const Terrain t = load_terrain(asc.path, o);
+  EXPECT_EQ(t.surface.triangles.size(), 800u + 12 - 2);  // its foot is left out
+  EXPECT_EQ(std::count(t.surface.material.begin(), t.surface.material.end(), 3), 10);
+  for (const Problem& p : t.warnings) EXPECT_EQ(p.rule.find("no part"), std::string::npos) << p.rule;
+  const contact::SurfaceIndex index(t.surface);
+  EXPECT_NEAR(contact::plumb_at(index, Vec3(20, 6.5, 50)).floor, 12, 1e-9);
+  EXPECT_TRUE(contact::plumb_at(index, Vec3(20, 6.5, 8)).solid);
+  EXPECT_TRUE(contact::plumb_at(index, Vec3(20, 6.5, -8)).solid);
+  EXPECT_NEAR(contact::plumb_at(index, Vec3(20, 20, 50)).floor, 5, 1e-9);
+  EXPECT_FALSE(contact::plumb_at(index, Vec3(20, 20, 5.5)).solid);
 }
 
 TEST(Parts, AnotherAxisPointsUp) {

@@ -55,6 +55,17 @@ TEST(ReadScene, PresetsFillWhatIsLeftOut) {
   EXPECT_FALSE(law_of("friction = 0.5").restitution.has_value());
 }
 
+TEST(ReadScene, WhatIsSwitchedOffIsNotThere) {
+  const Place place;
+  const Scene all = read_scene_text(full, place.scene());
+  const Scene without = read_scene_text(full, place.scene(), {{"structure.P2.enabled", "false"}, {"plane.0.enabled", "false"}});
+  ASSERT_FALSE(all.structures.empty());
+  EXPECT_EQ(without.structures.size(), all.structures.size() - 1);
+  EXPECT_EQ(without.planes.size(), all.planes.size() - 1);
+  EXPECT_EQ(read_scene_text(full, place.scene(), {{"structure.P2.enabled", "true"}}).structures.size(), all.structures.size());
+  EXPECT_THROW(read_scene_text(full, place.scene(), {{"structure.P2.enabled", "0"}}), InputError);
+}
+
 TEST(ReadScene, FillsTheStructs) {
   const Place place;
   const Scene s = read_scene_text(full, place.scene());
