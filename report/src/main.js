@@ -427,7 +427,7 @@ function memberPlots() {
   };
   if (members.length > 1) {
     const pick = make("select", { id: "member" }, ...members.map((m, i) => make("option", { value: i, textContent: m.structure === m.name ? m.name : `${m.structure}, ${m.name}`, selected: m === worst })));
-    pick.addEventListener("change", () => show(members[+pick.value]));
+    pick.addEventListener("change", () => { show(members[+pick.value]); completeInTurn(() => {}); });
     grid.before(make("label", { className: "select member" }, "Member ", pick, make("span", { className: "dim", textContent: ` the worst of ${members.length} comes first` })));
   }
   show(worst);

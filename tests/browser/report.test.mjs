@@ -264,14 +264,15 @@ const tests = {
       assert.ok(!(await titles()).some((t) => /S1/.test(t)));
       const shown = page.locator("figure", { hasText: "P2: shear force V" });
       assert.match(await shown.innerText(), /permanent load[\s\S]*greatest of the run[\s\S]*V_Rd, design[\s\S]*greatest mean over 1.5 ms/);
-      assert.match(await page.locator("figure", { hasText: "P2: base force" }).innerText(), /rows, single steps, with the permanent load|base shear/);
+      assert.match(await page.locator("figure", { hasText: "plotted are rows" }).first().innerText(), /table: 36.0 MN at station 3.00 m, mean over 1.5 ms of every step/);   // why it is not what is read off
+      assert.match(await page.locator("figure", { hasText: "P2: displacement of top" }).innerText(), /greatest/);
       await page.selectOption("#member", { label: "P2, S1" });
       await page.waitForFunction(() => [...document.querySelectorAll("#plots figcaption > span:first-child")].some((e) => e.textContent === "P2, S1: bending moment M"));
       assert.ok(!(await titles()).includes("P2: shear force V"));
       const card = await page.locator(".stat", { hasText: "Deck" }).innerText();
       assert.match(card, /open/);
       const table = (name) => page.locator(".table", { has: page.locator("summary b", { hasText: name }) });
-      assert.match(await table("Deck").innerText(), /S1\s+open\s+damage class 0/);
+      assert.match(await table("Deck").innerText(), /S1\s+open\s+damage class [01]/);
       assert.match(await table("Crossings of lines").innerText(), /road\s+B1\s+4\s+21.93\s+4100/);
       assert.match(await table("Places of the members").innerText(), /P2\s+P2\s+1120/);
       assert.match(await page.textContent("#map-note"), /Coordinates: of the scene/);
