@@ -271,6 +271,7 @@ void FemStructure::accept_laws() {
   if (bars_) bars_->accept();
   if (bearings_) bearings_->accept();
   if (damage_) damage_->accept();
+  if (damage_ && bars_) bars_->see_cracks(*damage_, u_.data(), live_);
 }
 
 /// What h does not resolve of the velocities, (1 - A^-1 M)^3 v: a mode keeps all but (x / (1 + x))^3 of its own, x = (omega h)^2.

@@ -260,6 +260,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   if (damage_) {
     if (spent > 0) erode(joined(eroding));
     damage_->accept();
+    if (bars_) bars_->see_cracks(*damage_, u_.data(), live_);
   }
   moved();
 }

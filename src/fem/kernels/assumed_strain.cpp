@@ -13,6 +13,7 @@ CellDirections cell_directions(const HexMesh& mesh, int cell) {
 }
 
 AssumedStrain::AssumedStrain(const HexMesh& mesh, int cell, double nu) : poisson(nu) {
+  for (double& share : lateral) share = 1;
   double volume = 0;
   for (int q = 0; q < 8; ++q) volume += weight[q] = point_jacobian(mesh, cell, q).determinant();
   for (double& w : weight) w /= volume;

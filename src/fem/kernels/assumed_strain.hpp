@@ -12,7 +12,8 @@
 /// n and t are those of the Jacobian at the centre. In a parallelepiped this is the element of [wilson1973, taylor1976] with its internal unknowns eliminated in closed form; in a brick it is
 /// bending of a beam and of a plate, whatever its lengths, and twist; dilatation does not lock. The mean is weighted by the volume, the rest is
 /// counted alike at the eight points: a linear displacement has no rest, so that a patch of distorted cells strains evenly. Green-Lagrange strains go the same way, and forces stay the
-/// derivative of an energy. The points are kept for the laws; [belytschko1993] uses the same strains to stabilise one point.
+/// derivative of an energy. Where concrete is cracked the strains that Poisson's effect adds, those with nu above, count (1 - d) at each point: on the open side of a cell that hinges
+/// there is none, on the pressed side all of it. The points are kept for the laws; [belytschko1993] uses the same strains to stabilise one point.
 ///
 /// law_points.hpp applies them and their transpose for the laws, kernel.hpp for elastic cells.
 #pragma once
@@ -26,6 +27,7 @@ using ElementMatrix = Eigen::Matrix<double, 24, 24>;
 struct AssumedStrain {
   alignas(64) double weight[8];        // of the mean, sum 1
   alignas(64) double direction[3][8];  // of the function whose bits (xi, eta, zeta) are the second index: n of 1, 2, 4; t of 6, 5, 3; 0 of 0 and 7
+  alignas(64) double lateral[8];       // share of the strains by Poisson's effect at the points, 1 in sound concrete
   double poisson;
   bool oblique, even;    // the directions are not those of the axes; the weights are all 1/8
 

@@ -104,6 +104,7 @@ class FieldOf final : public DamageField {
     ++evaluation_;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (i + 1 < cells_.size()) fetch(geometry_[i + 1], false), fetch(old_[i + 1], false), fetch(next_[i + 1], true);
+      take_cracks(i);
       result_[i] = evaluate(geometry_[i], motion, old_[i], next_[i], e);
       points_.add_forces(geometry_[i], e.at, e.answer.stress, finite_, f);
     }
@@ -113,6 +114,7 @@ class FieldOf final : public DamageField {
     const int i = slot_[cell];
     Cell next{};
     Evaluation e;
+    take_cracks(static_cast<std::size_t>(i));
     evaluate(geometry_[i], {.u = u}, old_[i], next, e);
     points_.add_forces(geometry_[i], e.at, e.answer.stress, finite_, f);
   }
@@ -148,6 +150,7 @@ class FieldOf final : public DamageField {
   double crack_width(int cell, const double* u) const override {
     if (tension(cell) == 0) return 0;
     const int i = slot_[cell];
+    take_cracks(static_cast<std::size_t>(i));
     const LawGeometry& g = geometry_[i];
     PointStrains at;
     points_.strains(g, u, finite_, at);
@@ -253,6 +256,11 @@ class FieldOf final : public DamageField {
     result.energy = g.volume * mean_of(a.energy);
     result.dissipation = g.volume * mean_of(a.dissipation);
     return result;
+  }
+
+  /// Lateral strains by the accepted damage.
+  void take_cracks(std::size_t i) const {
+    for (int q = 0; q < 8; ++q) geometry_[i].assumed.lateral[q] = 1 - H::tension(old_[i], q);
   }
 
   double path_share(const PointTensors& strain, const PointTensors& way) const { return points_.path_share(strain, way, peak_strain_, path_increment); }

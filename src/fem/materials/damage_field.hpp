@@ -75,6 +75,7 @@ class DamageField {
   double stored() const;               // of the last evaluation, own cells [J]
   double dissipation() const;          // of the last evaluation, since the last accepted states, own cells [J]
   double stored(int cell) const { return result_[slot_[cell]].energy; }
+  double largest_strain(int cell) const { return result_[slot_[cell]].largest_strain; }   ///< Frobenius norm over its points
   /// Damage over the points of a cell, accepted states; zero without history.
   virtual double tension(int cell) const = 0;        // largest
   virtual double tension_least(int cell) const = 0;
@@ -106,7 +107,7 @@ class DamageField {
   long evaluation_ = 0, accepted_ = 0; // the present one; the last whose states were accepted
   const std::vector<char>* local_ = nullptr;  // null: all
   const std::vector<char>* own_ = nullptr;
-  std::vector<LawGeometry> geometry_;
+  mutable std::vector<LawGeometry> geometry_;   // with the lateral strains that the accepted damage leaves
   std::vector<LawResult> result_;
 };
 

@@ -96,6 +96,12 @@ Bars::Bars(const StructureSpec& spec, const HexMesh& mesh, const Supports& suppo
   old_strain_.assign(segments.size(), 0.0);
   next_strain_ = old_strain_;
   if (spec.bond == "mc2010") slip_ = std::make_unique<rebar::SlipField>(bars_, spec.f_cm);
+  if (spec.damage != "none" && spec.f_cm > 0) {
+    material::ConcreteInput input;
+    input.f_cm = spec.f_cm, input.f_t = spec.tensile_strength, input.fracture_energy = spec.fracture_energy;
+    const material::Concrete concrete = material::mc2010(input);
+    dowels_ = std::make_unique<rebar::DowelField>(bars_, mesh.nodes, mesh.hexes, concrete.f_cm, concrete.fracture_energy / concrete.f_t);
+  }
 }
 
 void Bars::find_carrying(const std::vector<char>& live) {
@@ -120,7 +126,27 @@ void Bars::add_forces(const double* u, double h, const std::vector<char>& live, 
   }
   const bool part = partition_ && !slip_;
   sums_ = bars_.forces(u, h, old_, old_strain_, next_, next_strain_, changed_, f, &carrying_, slip_ ? slip_->strain() : std::span<const double>{}, part ? partition_->own_cells().data() : nullptr);
+  if (dowels_) {
+    const auto stress = [this](std::size_t k) { return steel_stress(k, next_[k], next_strain_[k]); };
+    const char* const local = partition_ ? partition_->local_cells().data() : nullptr;
+    dowel_sums_ = dowels_->forces(u, stress, live.data(), local, partition_ ? partition_->own_cells().data() : nullptr, f);
+  }
   evaluated_ = true;
+}
+
+double Bars::steel_stress(std::size_t k, const material::Steel::State& state, double strain) const {
+  if (state.broken > 0) return INFINITY;
+  material::Steel::State unused;
+  return bars_.law(bars_.segments()[k].bar)(strain, 0, state, unused).stress;
+}
+
+void Bars::see_cracks(const DamageField& damage, const double* u, const std::vector<char>& live) {
+  if (!dowels_ || damage.cells().empty()) return;
+  if (carrying_stale_) find_carrying(live);
+  for (const int k : carrying_) {
+    const int cell = bars_.segments()[static_cast<std::size_t>(k)].cell;
+    if (damage.has(cell) && dowels_->possible(static_cast<std::size_t>(k), damage.largest_strain(cell))) dowels_->open(static_cast<std::size_t>(k), u);
+  }
 }
 
 void Bars::divide(Partition& partition) {
@@ -134,6 +160,11 @@ void Bars::share_motion(AlignedVector& u) {
 }
 
 void Bars::share_states() {
+  if (partition_ && dowels_) {
+    std::vector<double> mine;
+    dowels_->save(mine, [this](std::size_t k) { return partition_->owns_cell(bars_.segments()[k].cell); });
+    dowels_->restore(partition_->collect(mine));
+  }
   if (!partition_ || slip_) return;
   std::vector<double> mine;
   for (std::size_t k = 0; k < old_.size(); ++k)
@@ -158,6 +189,7 @@ void Bars::accept() {
   old_strain_.swap(next_strain_);
   ties_stale_ = ties_stale_ || sums_.breaking > 0;
   if (slip_) slip_->accept();
+  if (dowels_) dowels_->accept();
 }
 
 void Bars::add_mass(double density, std::vector<double>& mass) const {
@@ -217,11 +249,12 @@ std::vector<int> Bars::segments_in(const std::vector<int>& cells) const {
 }
 
 double Bars::stored_in(const std::vector<int>& cells) const {
-  if (!counts()) return 0;
   const auto& states = evaluated_ ? next_ : old_;
   const auto& strains = evaluated_ ? next_strain_ : old_strain_;
   double sum = 0;
   for (const int k : segments_in(cells)) {
+    if (dowels_ && (!partition_ || partition_->owns_cell(host(static_cast<std::size_t>(k))))) sum += dowels_->stored(static_cast<std::size_t>(k));
+    if (!counts()) continue;
     const rebar::Segment& s = bars_.segments()[static_cast<std::size_t>(k)];
     if (partition_ && !slip_ && !partition_->owns_cell(s.cell)) continue;
     material::Steel::State after;
@@ -231,8 +264,12 @@ double Bars::stored_in(const std::vector<int>& cells) const {
 }
 
 void Bars::add_forces_of(const std::vector<int>& segments, const double* u, const std::vector<char>& live, double* f) const {
-  for (int k : segments)
-    if (live[bars_.segments()[k].cell]) bars_.add_pull(k, bars_.pull(k, u, old_[k], slip_strain(k)).force, f);
+  for (int k : segments) {
+    if (!live[bars_.segments()[k].cell]) continue;
+    const rebar::EmbeddedBars::Pull pull = bars_.pull(k, u, old_[k], slip_strain(k));
+    bars_.add_pull(k, pull.force, f);
+    if (dowels_) dowels_->add_forces_of(static_cast<std::size_t>(k), u, old_[k].broken > 0 ? INFINITY : pull.stress, f);
+  }
 }
 
 Bars::Counts Bars::count(const std::vector<int>& segments) const {
@@ -275,6 +312,11 @@ void Bars::read_state(std::size_t k, const double* from) {
 void Bars::save(std::vector<double>& state) const {
   for (std::size_t k = 0; k < old_.size(); ++k) write_state(k, state);
   if (slip_) slip_->save(state);
+  if (!dowels_) return;
+  std::vector<double> records;
+  dowels_->save(records, [](std::size_t) { return true; });
+  state.push_back(static_cast<double>(records.size()));
+  state.insert(state.end(), records.begin(), records.end());
 }
 
 std::size_t Bars::restore(std::span<const double> state) {
@@ -284,7 +326,12 @@ std::size_t Bars::restore(std::span<const double> state) {
   next_ = old_;
   changed_.clear();
   next_strain_ = old_strain_;
-  return size + (slip_ ? slip_->restore(state.subspan(size)) : 0);
+  std::size_t at = size + (slip_ ? slip_->restore(state.subspan(size)) : 0);
+  if (!dowels_) return at;
+  const std::size_t numbers = at < state.size() ? static_cast<std::size_t>(state[at++]) : 0;
+  if (at + numbers > state.size()) throw NumericalFailure("the saved dowels belong to another structure");
+  dowels_->restore(state.subspan(at, numbers));
+  return at + numbers;
 }
 
 }  // namespace talus::fem

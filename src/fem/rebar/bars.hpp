@@ -4,10 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "fem/kernels/aligned.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
-#include "fem/linear/linear_system.hpp"
 #include "fem/discretisation/partition.hpp"
+#include "fem/kernels/aligned.hpp"
+#include "fem/linear/linear_system.hpp"
+#include "fem/materials/damage_field.hpp"
+#include "fem/rebar/rebar_dowel.hpp"
 #include "fem/rebar/rebar_slip.hpp"
 #include "fem/setup.hpp"
 
@@ -23,6 +25,9 @@ class Bars {
   /// f += internal forces at displacement u; h: time since the accepted states [s]. The new states wait for accept().
   void add_forces(const double* u, double h, const std::vector<char>& live, double* f);
   void accept();
+  /// Puts dowels where cracks have come to cross bars by the last evaluation of the concrete, at displacement u.
+  void see_cracks(const DamageField& damage, const double* u, const std::vector<char>& live);
+  std::size_t dowels() const { return dowels_ ? dowels_->count() : 0; }   ///< on this rank
   /// To be called once cells have gone or come back, before the next forces.
   void cells_changed() { carrying_stale_ = true; }
   /// Divides the work: from now on only the segments of the partition's local cells are computed, and sums are those of own cells. With bond
@@ -34,8 +39,8 @@ class Bars {
   void mark_nodes(std::vector<char>& touched) const;
   void add_mass(double density, std::vector<double>& mass) const;
 
-  double stored() const { return counts() ? sums_.energy + bond_.energy : 0; }
-  double dissipation() const { return counts() ? sums_.dissipation + bond_.dissipation : 0; }
+  double stored() const { return (counts() ? sums_.energy + bond_.energy : 0) + dowel_sums_.energy; }
+  double dissipation() const { return (counts() ? sums_.dissipation + bond_.dissipation : 0) + dowel_sums_.dissipation; }
   /// What the segments in these cells store by the last evaluation, this rank's part [J].
   double stored_in(const std::vector<int>& cells) const;
   /// Broken segments of the last evaluation.
@@ -81,6 +86,9 @@ class Bars {
   rebar::EmbeddedBars::Sums sums_;
   std::unique_ptr<rebar::SlipField> slip_;   // null: perfect bond
   rebar::SlipField::Sums bond_;
+  std::unique_ptr<rebar::DowelField> dowels_;   // null: bars carry no shear
+  rebar::DowelField::Sums dowel_sums_;          // of this rank's own cells
+  double steel_stress(std::size_t segment, const material::Steel::State& state, double strain) const;
   std::vector<double> host_;
   Partition* partition_ = nullptr;        // null: all segments here
   void find_carrying(const std::vector<char>& live);

@@ -39,14 +39,15 @@ std::vector<const LawPoints*> all_sets() {
   return sets;
 }
 
-/// Virtual work: f . v = V / 8 sum_q sigma_q : rate_q for any stresses, displacements and velocities.
+/// Virtual work: f . v = V / 8 sum_q sigma_q : rate_q for any stresses, displacements, velocities and shares of Poisson's effect.
 TEST(LawPoints, ForcesDoTheWorkOfTheStresses) {
   for (const bool distorted : {false, true})
     for (const bool finite : {false, true}) {
-      const LawGeometry g = law_geometry(one_cell(distorted), 0, 0.2);
+      LawGeometry g = law_geometry(one_cell(distorted), 0, 0.2);
       const AlignedVector u = random_field(0.05, 1), v = random_field(1, 2);
       alignas(64) PointTensors stress, rate;
       std::mt19937 generator(3);
+      for (double& share : g.assumed.lateral) share = std::uniform_real_distribution<double>(0, 1)(generator);
       std::uniform_real_distribution<double> any(-1e6, 1e6);
       for (auto& row : stress)
         for (double& x : row) x = any(generator);
@@ -63,6 +64,26 @@ TEST(LawPoints, ForcesDoTheWorkOfTheStresses) {
         EXPECT_NEAR(power, work, 1e-12 * scale) << distorted << finite;
       }
     }
+}
+
+/// A brick of depth 0.25 m bent to the curvature k: eps_x = k z, and eps_z = -nu / (1 - nu) eps_x, but for what cracks have taken of it at each point.
+TEST(LawPoints, CracksTakePoissonsEffectAwayWhereTheyAre) {
+  const HexMesh mesh = one_cell(false);
+  LawGeometry g = law_geometry(mesh, 0, 0.2);
+  for (int q = 0; q < 8; ++q) g.assumed.lateral[q] = q < 4 ? 0.1 * q : 1.0;
+  const double k = 1e-3;
+  AlignedVector u(32, 0.0);
+  for (std::size_t n = 0; n < 8; ++n) u[4 * n] = k * mesh.nodes[n].x() * (mesh.nodes[n].z() - 0.125);
+  for (const LawPoints* set : all_sets()) {
+    PointStrains at;
+    set->strains(g, u.data(), false, at);
+    for (int q = 0; q < 8; ++q) {
+      const double along = k * 0.125 / std::sqrt(3.0) * (q < 4 ? -1 : 1);
+      EXPECT_NEAR(at.strain[0][q], along, 1e-15);
+      EXPECT_NEAR(at.strain[1][q], 0, 1e-15);
+      EXPECT_NEAR(at.strain[2][q], -0.25 * g.assumed.lateral[q] * along, 1e-15);
+    }
+  }
 }
 
 /// Rates are the derivative of the strains, the strains before those at u - h v, and a displacement that is linear strains evenly.
