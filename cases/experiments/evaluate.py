@@ -5,7 +5,8 @@ usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.
 
 Runs one scene for each test (../experiments-*/scene.toml with the settings below) into DIR/NAME and prints a Markdown table. Peak: the
 largest deflection of midspan from its place under the beam's own weight. Residual: its mean over the last 10 ms of the run, which
-ends before the beam is quite at rest. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
+ends before the beam is quite at rest. Weight: how far it has fallen; "on" where it falls still, by more than a hundredth of its speed of impact: it has broken through, and the probe no longer follows
+what is struck. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
 the first 2 ms of one beam; --jobs runs so many at a time, of one thread each. Measured values: see the READMEs.
 """
 import argparse
@@ -92,6 +93,8 @@ def measure(directory):
         t = f["history/time"][:]
         u = -1e3 * f["history/structures/beam/probe_displacement"][:, 0, 2]
         damage = f["history/structures/beam/damaged_volume"][-1]
+        fallen = f["history/blocks/position"][0, 0, 2] - f["history/blocks/position"][:, 0, 2]
+        speed = f["history/blocks/velocity"][:, 0, 2]
         rows = f["history/contacts/structure"]
         ct, dt, force = rows["time"][:], rows["dt"][:], rows["force"][:]
     # Mean force over windows of 0.2 ms: impulse of the rows in a window over its length.
@@ -100,7 +103,8 @@ def measure(directory):
         bins = np.floor(ct / window - 1e-9).astype(int)
         impulse = np.bincount(bins - bins.min(), weights=np.linalg.norm(force, axis=1) * dt)
         peak = impulse.max() / window / 1e3
-    return {"time": t, "u": u, "peak": (u - u[0]).max(), "residual": (u - u[0])[t > t[-1] - 0.01].mean(), "force": peak, "end": t[-1], "damage": damage}
+    return {"time": t, "u": u, "peak": (u - u[0]).max(), "residual": (u - u[0])[t > t[-1] - 0.01].mean(), "force": peak, "end": t[-1], "damage": damage,
+            "fallen": 1e3 * fallen.max(), "falls": bool(speed[-1] < 0.01 * speed[0])}
 
 
 def plot(points, path):
@@ -158,7 +162,7 @@ def main():
         return spread(names, options.talus, out, options.jobs)
     show = lambda x, digits=1: "" if x is None else f"{x:.{digits}f}"
     ratio = lambda c, m: "" if not m else f"{c / m:.2f}"
-    print("| test | peak measured mm | computed | ratio | residual measured mm | computed | ratio | peak force measured kN | computed | exit |\n|---|---|---|---|---|---|---|---|---|---|")
+    print("| test | peak measured mm | computed | ratio | residual measured mm | computed | ratio | weight fell mm | peak force measured kN | computed | exit |\n|---|---|---|---|---|---|---|---|---|---|---|")
     points, failed = [], 0
     pool = concurrent.futures.ThreadPoolExecutor(options.jobs)
     extra = ["--threads", "1"] if options.jobs > 1 else []
@@ -167,14 +171,14 @@ def main():
         test, directory = TESTS[name], out / name
         code = running[name].result() if name in running else 0
         if not (directory / "results.h5").exists():
-            print(f"| {name} | {show(test['peak'])} | no result | | {show(test['residual'])} | | | | | {code} |")
+            print(f"| {name} | {show(test['peak'])} | no result | | {show(test['residual'])} | | | | | | {code} |")
             failed += 1
             continue
         m = measure(directory)
         points.append((name, test, m))
         note = "" if m["end"] > 0.999 * test["duration"] else f", ended at {1e3 * m['end']:.0f} ms"
         print(f"| {name} | {show(test['peak'])} | {show(m['peak'])} | {ratio(m['peak'], test['peak'])} | {show(test['residual'])} | {show(m['residual'])} | {ratio(m['residual'], test['residual'])} "
-              f"| {show(test['force'], 0)} | {show(m['force'], 0)} | {code}{note} |", flush=True)
+              f"| {show(m['fallen'])}{' on' if m['falls'] else ''} | {show(test['force'], 0)} | {show(m['force'], 0)} | {code}{note} |", flush=True)
     if options.figures:
         with open(options.figures, "w", encoding="utf-8") as file:
             json.dump({name: {"peak_mm": m["peak"], "residual_mm": m["residual"], "peak_force_kn": m["force"]} for name, _, m in points}, file, indent=1)
