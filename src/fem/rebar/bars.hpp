@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "fem/kernels/aligned.hpp"
 #include "fem/discretisation/hex_mesh.hpp"
+#include "fem/linear/linear_system.hpp"
 #include "fem/discretisation/partition.hpp"
 #include "fem/materials/damage_field.hpp"
 #include "fem/rebar/rebar_dowel.hpp"
