@@ -303,6 +303,7 @@ const tests = {
   },
   async "everything has a name, a level and a label"() {
     await withPage(software, {}, "one", async (page) => {
+      assert.match(await page.textContent("#legend"), /Impulse of an impact: where and which way/, "the arrows have a legend");
       for (const open of [false, true]) {
         if (open) { await page.evaluate(() => window.talus.choose({ kind: "structure", index: 0 })); await page.waitForTimeout(300); }
         assert.deepEqual(await page.evaluate(inaccessible), []);
@@ -323,6 +324,11 @@ const tests = {
       const tall = await page.evaluate(() => document.documentElement.scrollHeight);
       assert.ok(tall < 5500, `${tall} pixels on a phone`);   // plots and tables come folded
       assert.equal(await page.locator("#plots details[open], #tables details[open]").count(), 0);
+      const folded = () => page.locator("details:not([open])").count(), before = await folded();
+      await page.evaluate(() => dispatchEvent(new Event("beforeprint")));
+      assert.equal(await folded(), 0, "on paper nothing is folded");
+      await page.evaluate(() => dispatchEvent(new Event("afterprint")));
+      assert.equal(await folded(), before);
       await page.locator("#plots summary").first().click();
       await page.waitForSelector("#plots .uplot");
       assert.ok((await page.locator("#plots .uplot").first().boundingBox()).width > 300, "an unfolded plot has the width of the page");
