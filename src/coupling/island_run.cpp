@@ -103,6 +103,7 @@ IslandReport IslandStepper::run(double t, double duration) {
     }
     keep_for_drift();
     correct_structures(trial.start, taken);
+    const bool released = released_;   // at its start
     const bool recorded = begin_motion(trial.start, t + (done + taken));
     commit(t + done + taken, taken);
     last_length_ = leapfrog() ? taken : 0;
@@ -115,6 +116,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       const double penetration = project(with_structure && !condensed_ ? lengthening * std::max(suggested_, taken) : taken);
       if (drift_beyond_motion(taken)) {
         take_back();
+        released_ = released;
         allowed_.reset();
         longest = 0.5 * taken;
         if (with_structure || longest < settings_.min_step) return fail_at_drift();
