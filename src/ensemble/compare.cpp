@@ -126,7 +126,7 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
       const bool sure = d.low > 0 || d.high < 0;
       body += fmt::format("<td{}>{}</td>", sure ? " class=\"sure\"" : "", cell(d));
       if (name.ends_with("p95") || name.find("P(class >= 3) per event") != std::string::npos)
-        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k], names[0], d.value, d.low, d.high, sure ? "" : ", not told apart"));
+        lines.push_back(fmt::format("{}: {} against {}: {:.4g} ({:.3g} to {:.3g}){}", name, names[k], names[0], d.value, d.low, d.high, sure ? "" : ", within the intervals"));
     }
     body += "</tr>\n";
     root["figures"].push_back(std::move(row));
@@ -134,8 +134,9 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
   fs::create_directories(output);
   io::write_file(output / "compare.json", root.dump(2) + "\n");
   io::write_file(output / "compare.html",
-                 "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Options side by side</title><style>body{font:15px/1.5 system-ui,sans-serif;margin:2em;color:#222}table{border-collapse:collapse}"
-                 "td,th{padding:.35em .9em;border-bottom:1px solid #ddd;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{color:#666}.sure{font-weight:600}</style></head><body>"
+                 "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Options side by side</title><style>:root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--ground:#fff}@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--ground:#14191f}}"
+                 "body{font:15px/1.5 system-ui,sans-serif;margin:2em auto;max-width:1080px;padding:0 1em;color:var(--ink);background:var(--ground)}table{border-collapse:collapse;display:block;overflow-x:auto;max-width:100%}"
+                 "td,th{padding:.35em .9em;border-bottom:1px solid var(--line);text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.sure{font-weight:600}</style></head><body>"
                  "<h1>Options side by side</h1><p>SI units. Small figures are 95 % intervals; a difference in bold has an interval that leaves zero out. Blocks do not break on impact.</p><table><thead><tr>" +
                      head + "</tr></thead><tbody>" + body + "</tbody></table></body></html>\n");
   return lines;

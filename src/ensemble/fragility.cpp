@@ -17,6 +17,7 @@
 #include "ensemble/random.hpp"
 #include "ensemble/statistics.hpp"
 #include "ensemble/store.hpp"
+#include "ensemble/strata.hpp"
 #include "io/files.hpp"
 #include "io/json_file.hpp"
 #include "io/recorder.hpp"
@@ -30,11 +31,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int classes = 4;              // slight, moderate, severe, lost
+constexpr int classes = 4;
+constexpr std::array<const char*, classes + 1> class_names{"none", "slight", "moderate", "severe", "lost"};
 constexpr std::size_t least_events = 3;   // of a cluster, where one is divided
 constexpr int runs_a_cluster = 3;         // at least, over all clusters, where hits are divided further
 /// Spreads that count as equal when a cluster is divided: of ln(energy), of the height over the member's length, of the direction in plan [rad].
 constexpr std::array<double, 3> alike{0.5, 0.15, 0.5};
+constexpr double least_spread = 0.05;   // of these: hits that differ by less are one kind
 constexpr double speed_scatter = 0.01, angle_scatter = 0.035;   // standard deviations of the perturbation of a run: of its speed, and of its turn [rad]
 /// Days that a bridge is closed by the class of its worst member: an assumption that is written with the results.
 constexpr std::array<double, classes + 1> closure_days{0, 1, 14, 180, 365};
@@ -68,6 +71,22 @@ struct Outcome {
   double capacity = -1;                // least over the members of that now over that as built, 0: lost; negative: not asked for
   int worst() const { return grade.empty() ? -1 : *std::max_element(grade.begin(), grade.end()); }
 };
+
+std::string figure(const Json& p) { return fmt::format("{:.3g} ({:.3g} to {:.3g})", p["value"].get<double>(), p["low"].get<double>(), p["high"].get<double>()); }
+
+/// Number of the sorted values that go to the lower part, so that the sum of squares about the means of both parts is least.
+std::size_t best_cut(const std::vector<double>& sorted) {
+  const double all = std::accumulate(sorted.begin(), sorted.end(), 0.0), n = static_cast<double>(sorted.size());
+  double sum = 0, most = -1;
+  std::size_t best = sorted.size() / 2;
+  for (std::size_t k = 1; k + least_events <= sorted.size(); ++k) {
+    sum += sorted[k - 1];
+    if (k < least_events) continue;
+    const double low = static_cast<double>(k), between = std::pow(sum / low - (all - sum) / (n - low), 2) * low * (n - low);
+    if (between > most) most = between, best = k;
+  }
+  return best;
+}
 
 /// Standard normal number of a run.
 double normal(std::uint32_t seed, const Task& t, std::uint32_t k) {
@@ -175,7 +194,7 @@ class Fragility {
     return found;
   }
 
-  /// Hits by the member struck; then the cluster whose events differ most, each counted, is divided at the median of what they differ most in, as long as the runs suffice for more clusters.
+  /// Hits by the member struck; then the cluster whose events differ most, each counted, is divided in what they differ most in, as long as the runs suffice for more clusters.
   void divide() {
     std::map<int, std::size_t> place;
     for (const Event& e : events_) {
@@ -189,7 +208,8 @@ class Fragility {
       std::size_t which = 0;
       for (std::size_t i = 0; i < clusters_.size(); ++i) {
         if (clusters_[i].events.size() < 2 * least_events) continue;
-        if (const double gain = static_cast<double>(clusters_[i].events.size()) * widest(clusters_[i], of).first; gain > most) most = gain, which = i;
+        const double spread = widest(clusters_[i], of).first;
+        if (const double gain = static_cast<double>(clusters_[i].events.size()) * spread; spread > least_spread && gain > most) most = gain, which = i;
       }
       if (most == 0) break;
       const std::size_t by = widest(clusters_[which], of).second, n = clusters_[which].events.size();
@@ -197,7 +217,10 @@ class Fragility {
       std::iota(order.begin(), order.end(), std::size_t{0});
       std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return std::pair(of[a][by], clusters_[which].events[a].member) < std::pair(of[b][by], clusters_[which].events[b].member); });
       Cluster low{.struck = clusters_[which].struck, .events = {}}, high = low;
-      for (std::size_t k = 0; k < n; ++k) (k < n / 2 ? low : high).events.push_back(clusters_[which].events[order[k]]);
+      std::vector<double> sorted;
+      for (const std::size_t k : order) sorted.push_back(of[k][by]);
+      const std::size_t cut = best_cut(sorted);
+      for (std::size_t k = 0; k < n; ++k) (k < cut ? low : high).events.push_back(clusters_[which].events[order[k]]);
       clusters_[which] = std::move(low);
       clusters_.push_back(std::move(high));
     }
@@ -281,9 +304,11 @@ class Fragility {
         o.grade.push_back(m.contains("damage_class") && m["damage_class"].is_number() ? m["damage_class"].get<int>() : -1);
       }
     }
-    if (request_.capacity && fs::exists(directory / "capacity_ratio.json"))
-      for (const Json& m : io::read_json(directory / "capacity_ratio.json", "remove the directory and run again"))
+    if (request_.capacity && fs::exists(directory / "capacity_ratio.json")) {
+      const Json ratios = io::read_json(directory / "capacity_ratio.json", "remove the directory and run again");
+      for (const Json& m : ratios.value("members", Json::array()))
         if (const double ratio = m.value("ratio", -1.0); ratio >= 0 && (o.capacity < 0 || ratio < o.capacity)) o.capacity = ratio;
+    }
     return o;
   }
 
@@ -318,7 +343,7 @@ class Fragility {
       const bool lost = !std::isfinite(states[k].drift[0]) || (m.volume > 0 && states[k].lost_volume > 0.1 * m.volume);
       list.push_back({{"member", now[k].member}, {"ratio", lost || !(built[k].capacity > 0) ? 0.0 : now[k].capacity / built[k].capacity}});
     }
-    io::write_file(directory / "capacity_ratio.json", list.dump(2) + "\n", false);
+    io::write_file(directory / "capacity_ratio.json", Json{{"members", list}}.dump(2) + "\n", false);
   }
 
   /// The same for all runs: the structure is that of the scene.
@@ -392,7 +417,7 @@ class Fragility {
     root["events"] = {{"members", finished_}, {"hits", events_.size()}, {"probability_of_hit", static_cast<double>(events_.size()) / n}, {"probability_of_hit_interval", {struck.low, struck.high}}};
     root["peak_force"] = {{"mean", mean_per_hit([](const Outcome& o) { return o.peak_force; })}, {"largest", most_force}};
     if (request_.capacity) root["capacity"] = {{"least_ratio", mean_per_hit([](const Outcome& o) { return o.capacity; })}, {"note", "capacity now over that as built, of the member of a run with the least; 0: lost; mean over hits"}};
-    root["classes"] = {"none", "slight", "moderate", "severe", "lost"};
+    root["classes"] = class_names;
     root["members"] = Json::array();
     for (std::size_t m = 0; m < names.size(); ++m) root["members"].push_back(member_curves(names[m], m));
     // The structure as a whole: its worst member.
@@ -402,15 +427,19 @@ class Fragility {
     at_least[0] = 1;
     for (int k = 1; k <= classes; ++k) {
       const Json p = probability(k, worst);
-      at_least[static_cast<std::size_t>(k)] = p["value"].get<double>();
       per_event.push_back(p);
+      if (!p["value"].is_number()) continue;   // no run was judged
+      at_least[static_cast<std::size_t>(k)] = p["value"].get<double>();
       if (yearly > 0) {
         Json y = p;
         for (const char* bound : {"value", "low", "high"}) y[bound] = -std::expm1(-yearly * p[bound].get<double>());
         per_year.push_back(y);
       }
-      result.lines.push_back(fmt::format("P(class >= {}) = {:.3g} ({:.3g} to {:.3g}) per event", k, p["value"].get<double>(), p["low"].get<double>(), p["high"].get<double>()));
+      result.lines.push_back(fmt::format("P(class >= {}, {}) = {} per event", k, class_names[static_cast<std::size_t>(k)], figure(p)));
     }
+    if (per_event.front()["value"].is_null()) result.lines.push_back(fmt::format("no damage class: {} has no damage law (structure.damage), or no run was judged", request_.structure));
+    else
+      for (const Json& m : root["members"]) result.lines.push_back(fmt::format("P({} severe) = {} per event", m["name"].get<std::string>(), figure(m["per_event"][2])));
     root["per_event"] = per_event;
     if (yearly > 0) root["per_year"] = per_year;
     double closure = 0;
@@ -469,19 +498,23 @@ class Fragility {
     return {{"value", mean}, {"low", std::max(0.0, mean - half)}, {"high", mean + half}};
   }
 
-  /// P(class >= k) per event of the ensemble.
+  /// P(class >= k) per event of the ensemble: that of a hit times that of the class given one.
   template <class Grade>
   Json probability(int k, Grade grade) const {
-    double p = 0, variance = 0, hit = 0;
-    bool any = false;
+    const Estimate given = stratified(strata(k, grade));
+    const Estimate p = product(wilson(static_cast<long>(events_.size()), finished_), given);
+    if (!std::isfinite(given.value)) return {{"class", k}, {"value", nullptr}, {"low", nullptr}, {"high", nullptr}};
+    return {{"class", k}, {"value", p.value}, {"low", p.low}, {"high", std::min(1.0, p.high)}};
+  }
+
+  template <class Grade>
+  std::vector<Stratum> strata(int k, Grade grade) const {
+    std::vector<Stratum> all;
     for (std::size_t c = 0; c < clusters_.size(); ++c) {
       const auto [x, n] = counts(c, k, grade);
-      any = any || x > 0;
-      const double w = static_cast<double>(clusters_[c].events.size()) / static_cast<double>(std::max(1L, finished_)), q = (x + 0.5) / (n + 1);
-      hit += w, p += w * q, variance += w * w * q * (1 - q) / (n + 1);
+      all.push_back({static_cast<double>(clusters_[c].events.size()), x, n});
     }
-    const double half = 1.959963984540054 * std::sqrt(variance), value = any ? p : 0;
-    return {{"class", k}, {"value", value}, {"low", any ? std::max(0.0, p - half) : 0.0}, {"high", std::min(hit, p + half)}};
+    return all;
   }
 
   Json member_curves(const std::string& name, std::size_t m) const {
@@ -524,12 +557,9 @@ class Fragility {
   Json next_run(Grade grade) const {
     double most = 0;
     std::size_t best = 0;
-    for (std::size_t c = 0; c < clusters_.size(); ++c) {
-      const auto [x, n] = counts(c, 3, grade);
-      const double w = static_cast<double>(clusters_[c].events.size()) / static_cast<double>(std::max(1L, finished_)), q = (x + 0.5) / (n + 1);
-      const double gain = w * w * q * (1 - q) * (1.0 / (n + 1) - 1.0 / (n + 2));
-      if (gain > most) most = gain, best = c;
-    }
+    const std::vector<Stratum> all = strata(3, grade);
+    for (std::size_t c = 0; c < clusters_.size(); ++c)
+      if (const double gain = variance_gain(all, c); gain > most) most = gain, best = c;
     if (!(most > 0)) return nullptr;
     const Cluster& c = clusters_[best];
     const std::string where = c.struck >= 0 && c.struck < static_cast<int>(members_.size()) ? members_[static_cast<std::size_t>(c.struck)].name : request_.structure;

@@ -1,13 +1,14 @@
 /// From hits to damage: coupled runs of a few of an ensemble's hits, weighted to all of them.
 ///
 /// A member of the ensemble that hits the structure is an event; its strongest hit stands for it. Events are clustered by the member of the structure that is
-/// struck; then the cluster whose events differ most, times their number, is divided at the median of what they differ most in (ln energy, height on the member,
-/// direction in plan), as long as there are three runs a cluster. The runs are spread over the clusters in proportion to the root of their sizes, so that rare strong
-/// hits are seen. With N_h of N events of the ensemble's members in cluster h and x_h of n_h runs there at class k or more,
+/// struck; then the cluster whose events differ most, times their number, is divided in what they differ most in (ln energy, height on the member, direction in
+/// plan), so that the sum of squares about the means of both parts is least and each keeps three events, as long as there are three runs a cluster. The runs are
+/// spread over the clusters in proportion to the root of their sizes, so that rare strong hits are seen.
 ///
-///   P(class >= k) = sum_h N_h / N p_h,   p_h = (x_h + 1/2) / (n_h + 1)     and 0 where no run of any cluster came to it
+///   P(class >= k) = P(hit) C_k
 ///
-/// with the interval by its variance sum_h (N_h / N)^2 p_h (1 - p_h) / (n_h + 1). Means over hits (peak force, capacity) weigh the clusters alike, with the variance within clusters pooled. The run that narrows most is one more in the cluster whose term falls most.
+/// with P(hit) of the ensemble's members that came to an end, and C_k of hits over the clusters as strata (strata.hpp). Means over hits (peak force, capacity)
+/// weigh the clusters alike, with the variance within clusters pooled. The run that narrows most is one more in the cluster whose term of the variance falls most.
 #pragma once
 #include <atomic>
 #include <filesystem>

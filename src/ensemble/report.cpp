@@ -137,36 +137,56 @@ class Page {
 
   std::string text() {
     std::string body = head();
-    body += map();
+    body += "<div class=\"row\">" + map("reach", "Reach", "Share of members through a cell", 100, " %") + map("energy_p95", "Energy, 95th percentile", "Kinetic energy of the members through a cell", 1e-3, " kJ") + "</div>";
     for (std::size_t l = 0; l < summary_["lines"].size(); ++l) body += line(l);
     for (const std::string& s : ensemble_.structures()) body += hits(s);
     body += fragility();
     body += notes();
     return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" content=\"width=device-width\"><title>Ensemble</title><style>"
-           "body{font:15px/1.55 system-ui,sans-serif;color:#1d2733;max-width:1080px;margin:0 auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid #d9dee4}"
-           ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid #d9dee4;border-radius:6px;padding:.5em 1em;min-width:7em}.card b{display:block;font-size:1.35em}"
-           "table{border-collapse:collapse;margin:.8em 0}td,th{padding:.3em .8em;border-bottom:1px solid #e4e8ec;text-align:right;vertical-align:top}td:first-child,th:first-child{text-align:left}"
-           "small{color:#5b6672}.row{display:flex;flex-wrap:wrap;gap:1em}.chart{width:min(480px,100%);height:auto}.g{stroke:#e4e8ec}.t{font-size:11px;fill:#5b6672}.l{font-size:12px;fill:#1d2733}.map{width:100%;height:auto;border:1px solid #d9dee4}"
-           ".key span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}</style></head><body>" +
+           ":root{color-scheme:light dark;--ink:#1d2733;--soft:#5b6672;--line:#d9dee4;--faint:#e4e8ec;--ground:#fff;--curve:#0b5fa5}"
+           "@media(prefers-color-scheme:dark){:root{--ink:#e7ebf0;--soft:#a8b3bf;--line:#3a4552;--faint:#2b343f;--ground:#14191f;--curve:#6db3f2}}"
+           "body{font:15px/1.55 system-ui,sans-serif;color:var(--ink);background:var(--ground);max-width:1080px;margin:0 auto;padding:1.5em}h1{font-size:1.5em}h2{margin-top:2em;border-bottom:1px solid var(--line)}"
+           ".cards{display:flex;flex-wrap:wrap;gap:.8em}.card{border:1px solid var(--line);border-radius:6px;padding:.5em 1em;min-width:7em}.card b{display:block;font-size:1.35em}"
+           "table{border-collapse:collapse;margin:.8em 0;display:block;overflow-x:auto;max-width:100%}td,th{padding:.3em .8em;border-bottom:1px solid var(--faint);text-align:right;vertical-align:top;font-variant-numeric:tabular-nums}"
+           "td:first-child,th:first-child{text-align:left}small{color:var(--soft);white-space:nowrap}.row{display:flex;flex-wrap:wrap;gap:1em}.row>section{flex:1 1 400px;min-width:0}.chart{width:min(480px,100%);height:auto}"
+           ".g{stroke:var(--faint)}.t{font-size:11px;fill:var(--soft)}.l{font-size:12px;fill:var(--ink)}.map{width:100%;height:auto;border:1px solid var(--line)}.key span{display:inline-block;width:1.6em;height:.8em;margin:0 .3em 0 .9em}"
+           "@media(max-width:600px){body{padding:.8em}td,th{padding:.3em .45em}}</style></head><body>" +
            body + "</body></html>\n";
   }
 
  private:
   static std::string card(const std::string& name, const std::string& value) { return "<div class=\"card\"><b>" + value + "</b>" + name + "</div>"; }
 
+  /// P(severe or worse) of the structure and of its members that can be.
+  std::string damage_cards() const {
+    if (!fs::exists(directory_ / "fragility.json")) return "";
+    const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
+    constexpr std::size_t severe = 2;   // place of class 3 in the lists
+    const auto of = [](const std::string& name, const Json& p) {
+      if (p.size() <= severe || !p[severe]["value"].is_number()) return std::string();
+      const auto percent = [&](const char* key) { return number(p[severe][key], 100); };
+      return card(escaped(name) + " severe or worse, per event<br><small>" + percent("low") + " to " + percent("high") + " %</small>", percent("value") + " %");
+    };
+    std::string text = of(f.value("structure", ""), f.value("per_event", Json::array()));
+    for (const Json& m : f.value("members", Json::array()))
+      if (const Json& p = m["per_event"]; p.size() > severe && p[severe]["value"].is_number() && p[severe]["value"].get<double>() > 0) text += of(m.value("name", ""), p);
+    return text;
+  }
+
   std::string head() const {
     const Json& m = summary_["members"];
-    std::string text = "<h1>" + escaped(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">";
+    std::string text = "<h1>" + escaped(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">" + damage_cards();
     for (const auto& [key, name] : {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"}, std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
       text += card(name, fmt::format("{}", m.value(key, 0L)));
     for (const Json& l : summary_["lines"]) text += card("cross " + escaped(l.value("name", "")), l["probability"]["value"].is_number() ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>()) : "–");
     return text + "</div>";
   }
 
-  /// Ground in relief, coloured by the share of members that reach it, with lines and end points.
-  std::string map() {
-    if (!fs::exists(directory_ / "maps" / "reach.tif")) return "";
-    const geometry::Raster reach = geometry::read_raster((directory_ / "maps" / "reach.tif").string());
+  /// Ground in relief, coloured by a map of the directory, with lines, hits and end points.
+  std::string map(const std::string& name, const std::string& title, const std::string& what, double scale, const std::string& unit) {
+    const fs::path raster = directory_ / "maps" / (name + ".tif");
+    if (!fs::exists(raster)) return "";
+    const geometry::Raster reach = geometry::read_raster(raster.string());
     const Vec3& origin = ensemble_.origin();
     const double cell = reach.transform[1], margin = 0.08 * cell * std::max(reach.columns, reach.rows);
     const double west = reach.transform[0] - origin.x() - margin, north = reach.transform[3] - origin.y() + margin, width = reach.columns * cell + 2 * margin, height = reach.rows * cell + 2 * margin;
@@ -189,7 +209,7 @@ class Page {
         const int u = static_cast<int>(std::floor((x + origin.x() - reach.transform[0]) / cell)), v = static_cast<int>(std::floor((reach.transform[3] - y - origin.y()) / cell));
         if (u >= 0 && v >= 0 && u < reach.columns && v < reach.rows)
           if (const double r = reach.values[static_cast<std::size_t>(v) * static_cast<std::size_t>(reach.columns) + static_cast<std::size_t>(u)]; std::isfinite(r)) {
-            const Colour h = heat(std::sqrt(r / most));
+            const Colour h = heat(std::sqrt(std::max(0.0, r) / std::max(most, 1e-300)));
             for (std::size_t k = 0; k < 3; ++k) c[k] = c[k] / 255 * h[k];
           }
         points.push_back(c);
@@ -208,13 +228,20 @@ class Page {
         std::string path;
         for (const auto& p : part) path += fmt::format("{:.1f},{:.1f} ", px(p.x()), py(p.y()));
         const auto& middle = part[part.size() / 2];
-        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"20\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, escaped(l.name));
+        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"28\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, escaped(l.name));
       }
+    std::string struck;
+    for (const std::string& structure : ensemble_.structures()) {
+      const auto at = file_.read<double>("/hits/" + structure + "/point").values;
+      for (std::size_t k = 0; k + 2 < at.size() && k < 3 * most_points; k += 3) struck += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"9\" height=\"9\"/>", px(at[k]) - 4.5, py(at[k + 1]) - 4.5);
+    }
     const double tall = height / width * 1000, bar = tick_of(width);
-    return fmt::format("<h2>Reach</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" aria-label=\"map\"><image href=\"data:image/bmp;base64,{1}\" width=\"1000\" height=\"{0:.0f}\" preserveAspectRatio=\"none\"/>"
-                       "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g><line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"20\">{7:g} m</text></svg>"
-                       "<p class=\"key\">Share of members through a cell of {8:g} m: <span style=\"background:#fff3b2\"></span>few <span style=\"background:#7f001f\"></span>{9:.3g} %. Dots: end points. North is up.{10}</p>",
-                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, 100 * most, ensemble_.crs().empty() ? "" : " " + escaped(ensemble_.crs().substr(0, 40)) + ".");
+    return fmt::format("<section><h2>{11}</h2><svg viewBox=\"0 0 1000 {0:.0f}\" class=\"map\" role=\"img\" aria-label=\"map: {11}\"><image href=\"data:image/bmp;base64,{1}\" width=\"1000\" height=\"{0:.0f}\" preserveAspectRatio=\"none\"/>"
+                       "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"#00a0b0\" stroke=\"#fff\" stroke-width=\"1.5\">{12}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g>"
+                       "<line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"28\">{7:g} m</text></svg>"
+                       "<p class=\"key\">{13} of {8:g} m: <span style=\"background:#fff3b2\"></span>little <span style=\"background:#7f001f\"></span>{9}{14}. Dots: end points{15}. North is up.{10}</p></section>",
+                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, number(Json(scale * most)), ensemble_.crs().empty() ? "" : " " + escaped(ensemble_.crs().substr(0, 40)) + ".", title, struck,
+                       what, unit, struck.empty() ? "" : "; squares: hits");
   }
 
   /// Share of members that exceed a value, over the value.
@@ -226,7 +253,7 @@ class Page {
     for (std::size_t k = 0; k < values.size(); k += every) curve.emplace_back(values[k] * scale, (n - static_cast<double>(k)) / members);
     curve.emplace_back(values.back() * scale, 1 / members);
     Chart chart(label, "share of members above", 0, values.back() * scale * 1.05, 0, std::max(1e-6, n / members) * 1.05);
-    chart.curve(curve, "#0b5fa5");
+    chart.curve(curve, "var(--curve)");
     for (const char* p : {"p50", "p95"})
       if (percentiles[p]["value"].is_number()) chart.mark(percentiles[p]["value"].get<double>() * scale, p);
     return chart.svg();

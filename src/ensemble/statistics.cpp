@@ -54,9 +54,13 @@ double percentile(std::span<const double> sorted, double percent) {
 
 Estimate wilson(long k, long n) {
   if (n == 0) return {none, none, none};
-  const double size = static_cast<double>(n), p = static_cast<double>(k) / size, z2 = normal_975 * normal_975;
-  const double centre = (p + z2 / (2 * size)) / (1 + z2 / size), half = normal_975 / (1 + z2 / size) * std::sqrt(p * (1 - p) / size + z2 / (4 * size * size));
-  return {p, k == 0 ? 0.0 : std::max(0.0, centre - half), k == n ? 1.0 : std::min(1.0, centre + half)};
+  return wilson_share(static_cast<double>(k) / static_cast<double>(n), static_cast<double>(n));
+}
+
+Estimate wilson_share(double p, double n) {
+  const double z2 = normal_975 * normal_975;
+  const double centre = (p + z2 / (2 * n)) / (1 + z2 / n), half = normal_975 / (1 + z2 / n) * std::sqrt(p * (1 - p) / n + z2 / (4 * n * n));
+  return {p, p <= 0 ? 0.0 : std::max(0.0, centre - half), p >= 1 ? 1.0 : std::min(1.0, centre + half)};
 }
 
 Bootstrap::Bootstrap(std::span<const Sample> members, std::uint32_t seed, bool replicated) : members_(members.begin(), members.end()), seed_(seed), replicated_(replicated) {}

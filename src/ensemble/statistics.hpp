@@ -20,6 +20,8 @@ double percentile(std::span<const double> sorted, double percent);
 
 /// Wilson's score interval of k of n.
 Estimate wilson(long k, long n);
+/// The same of a share that is known as well as by so many independent trials, which need be no whole number.
+Estimate wilson_share(double share, double trials);
 
 /// What a member gives: its largest value, or nothing if it does not cross.
 struct Sample {

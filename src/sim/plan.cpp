@@ -177,6 +177,25 @@ std::string start_line(const World& w) {
   return fmt::format("Start: {} m above the ground, plumb under the lowest corner.{}", start.text(3, 1e-6), dip_line(w));
 }
 
+std::string mass_text(double mass) { return mass < 1000 ? fmt::format("{:.3g} kg", mass) : fmt::format("{:.4g} t", mass / 1000); }
+
+/// What the moving blocks weigh: each of a few, else the ends and the sum.
+std::string mass_line(const World& w) {
+  constexpr std::size_t listed = 6;
+  std::vector<std::pair<double, std::string>> blocks;
+  double all = 0;
+  for (const RunHeader::BlockInfo& b : w.header.blocks)
+    if (!b.fixed && !b.fragment) blocks.emplace_back(b.mass, b.name), all += b.mass;
+  if (blocks.empty()) return "";
+  if (blocks.size() <= listed) {
+    std::string text;
+    for (const auto& [mass, name] : blocks) text += (text.empty() ? "" : ", ") + name + " " + mass_text(mass);
+    return "Mass: " + text + ".";
+  }
+  const auto [least, most] = std::minmax_element(blocks.begin(), blocks.end());
+  return fmt::format("Mass: {} to {}, the least {}, the greatest {}; {} in all.", mass_text(least->first), mass_text(most->first), least->second, most->second, mass_text(all));
+}
+
 /// Where a structure's members stand, how high they are, what the whole weighs.
 std::vector<std::string> standing_lines(const StructureSpec& spec, const Structure& structure) {
   std::vector<std::string> lines;
@@ -296,6 +315,7 @@ std::vector<std::string> Simulation::plan() const {
   }
   if (!w.paper)
     lines.push_back(fmt::format("Blocks: {} with 6 degrees of freedom, {} with 12 (strain asked for), {} fixed without any: {} in all.", rigid, strained, fixed, 6 * rigid + 12 * strained));
+  if (std::string mass = mass_line(w); !mass.empty()) lines.push_back(std::move(mass));
   if (std::string start = start_line(w); !start.empty()) lines.push_back(std::move(start));
   const coupling::Environment& env = w.system->environment();
   if (env.terrain)

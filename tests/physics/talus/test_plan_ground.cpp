@@ -52,6 +52,14 @@ TEST(PlanOfTheGround, NamesTheFrictionOfTheZoneUnderEachBlock) {
   EXPECT_NE(plan_of(block("A", 10) + block("B", 30)).find("friction alone holds 10 to 35 deg"), std::string::npos);
 }
 
+TEST(PlanOfTheRun, GivesTheMassOfEachBlock) {
+  EXPECT_NE(plan_of(block("A", 10) + block("B", 30)).find("Mass: A 2.65 t, B 2.65 t."), std::string::npos) << plan_of(block("A", 10) + block("B", 30));
+  std::string many;
+  for (int i = 0; i < 9; ++i) many += block("B" + std::to_string(i), 1 + 1.5 * i);
+  many += "[[block]]\nname = \"small\"\nmaterial = \"rock\"\nshape = \"box\"\nsize = [0.1, 0.1, 0.2]\nposition = [35, 10, 0.5]\n";
+  EXPECT_NE(plan_of(many).find("Mass: 5.3 kg to 2.65 t, the least small, "), std::string::npos) << plan_of(many);
+}
+
 TEST(PlanOfTheGround, APlaneAboveTheTerrainIsTheGround) {
   const std::string plane = "[[plane]]\npoint = [0, 0, 1]\nnormal = [0, 0, 1]\nmaterial = \"rock\"\n";
   EXPECT_NE(plan_of(block("A", 30, 1.5), plane).find("friction alone holds 30 deg"), std::string::npos) << plan_of(block("A", 30, 1.5), plane);

@@ -150,12 +150,14 @@ TEST(Parts, SolidsGroupsAndFilesAreZones) {
 
 TEST(Parts, ASheetThatIsTurnedHasNoMoreHolesThanItHad) {
   TriangleSurface s = halves(3);
-  for (auto& t : s.triangles) std::swap(t[1], t[2]);   // faces down
+  for (auto& t : s.triangles) std::swap(t[1], t[2]);  // faces down
   const Terrain whole = make_terrain(s.vertices, s.triangles, {}, "whole");
   for (const Problem& p : whole.warnings) EXPECT_EQ(p.value.find("hole"), std::string::npos) << p.value;
-  s.triangles.erase(s.triangles.begin() + 14, s.triangles.begin() + 16);   // a quad within
+  s.triangles.erase(s.triangles.begin() + 14, s.triangles.begin() + 16);  // a quad within
   const Terrain open = make_terrain(s.vertices, s.triangles, {}, "open");
-  EXPECT_EQ(std::count_if(open.warnings.begin(), open.warnings.end(), [](const Problem& p) { return p.value == "1 hole"; }), 1);
+  EXPECT_EQ(std::count_if(open.warnings.begin(), open.warnings.end(),
+                          [](const Problem& p) { return p.value == "1 hole"; }),
+            1);
 }
 
 TEST(Parts, AWallStandsInTheGroundOfAGrid) {

@@ -1,0 +1,349 @@
+// From hits to damage on a small concrete column, options side by side, and parameters from passages: against
+// what the runs and closed forms say.
+#include "ensemble/fragility.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "core/error.hpp"
+#include "ensemble/calibrate.hpp"
+#include "ensemble/compare.hpp"
+#include "ensemble/ensemble.hpp"
+#include "ensemble/results.hpp"
+#include "ensemble/strata.hpp"
+
+namespace talus::ensemble {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+class Place {
+ public:
+  Place() {
+    std::string name = (fs::temp_directory_path() / "talus-fragility-XXXXXX").string();
+    path_ = ::mkdtemp(name.data());
+  }
+  ~Place() { fs::remove_all(path_); }
+  fs::path put(const std::string& name, const std::string& text) const {
+    fs::create_directories((path_ / name).parent_path());
+    std::ofstream(path_ / name) << text;
+    return path_ / name;
+  }
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+std::string text_of(const fs::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+Json json_of(const fs::path& file) {
+  return Json::parse(text_of(file));
+}
+
+/// A column of 0.4 x 0.4 x 2 m that boxes of 166 kg strike from two sides, low and high, at 1 or 24 m/s.
+const std::string struck = R"(schema = 1
+[simulation]
+duration = "0.4 s"
+accuracy = 1e-2
+[[plane]]
+normal = [0, 0, 1]
+material = "ground"
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "ground"
+[[material]]
+name = "C30"
+f_cm = "38 MPa"
+[[interface]]
+between = ["*", "*"]
+friction = 0.5
+normal_stiffness = "hard"
+[[structure]]
+name = "pier"
+kind = "column"
+material = "C30"
+base = [0, 0, 0]
+section = [0.4, 0.4]
+height = 2.0
+cell_size = "0.2 m"
+damage = "concrete"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [0.4, 0.4, 0.4]
+position = [-1.0, 0, 0.5]
+[[line]]
+name = "past"
+points = [[-0.41, -3], [-0.41, 3]]
+[ensemble]
+design = "factorial"
+members = 72
+seed = 1
+releases_per_year = 0.1
+[[ensemble.vary]]
+key = "block.B.position"
+list = [[-0.42, 0, 0.6], [-0.42, 0, 1.6], [0, -0.42, 0.6], [0, -0.42, 1.6], [-0.42, 0, 0.6], [-0.42, 0, 1.6], [0, -0.42, 0.6], [0, -0.42, 1.6], [-9, 0, 0.2]]
+[[ensemble.vary]]
+key = "block.B.velocity"
+list = [[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0], [24, 0, 0], [24, 0, 0], [0, 24, 0], [0, 24, 0], [0, 0, 0]]
+like = 0
+[output]
+report = false
+)";
+
+void run_ensemble(const fs::path& scene, const fs::path& directory) {
+  Ensemble ensemble(scene.string(), {});
+  fs::create_directories(directory);
+  std::ofstream(directory / "scene.toml") << ensemble.whole_scene();
+  Run r;
+  r.directory = directory;
+  r.meet = [] {};
+  write_results(ensemble, directory, run_members(ensemble, r));
+}
+
+FragilityRequest request_of(const fs::path& directory, int threads) {
+  FragilityRequest r;
+  r.directory = directory;
+  r.structure = "pier";
+  r.runs = 24;
+  r.window = 0.02;
+  r.threads = threads;
+  r.capacity = true;
+  return r;
+}
+
+TEST(Fragility, ClustersRunsAndProbabilities) {
+  const Place place;
+  const fs::path out = place.path() / "out";
+  run_ensemble(place.put("scene.toml", struck), out);
+  fs::copy(out, place.path() / "two", fs::copy_options::recursive);
+  const FragilityResult result = write_fragility(request_of(out, 1));
+  EXPECT_EQ(result.done, 24);
+  const Json f = json_of(out / "fragility.json");
+  ASSERT_EQ(f["faults"].size(), 0u) << f["faults"];
+
+  // The clusters are the eight kinds of hit: one height, one speed, one direction each; together they are all
+  // hits, with all runs.
+  long events = 0, runs = 0;
+  std::set<std::tuple<bool, bool, bool>> kinds;
+  for (const Json& c : f["clusters"]) {
+    EXPECT_LT(c["energy"][1].get<double>() / c["energy"][0].get<double>(), 2);
+    EXPECT_LT(c["height"][1].get<double>() - c["height"][0].get<double>(), 0.5);
+    const double direction = c["mean_direction"].get<double>();
+    EXPECT_LT(std::min(std::abs(direction), std::abs(direction - M_PI / 2)), 0.1) << "towards +y or +x";
+    kinds.emplace(c["energy"][0].get<double>() > 5e3, c["height"][0].get<double>() > 1, direction > 0.7);
+    EXPECT_GE(c["runs"].get<int>(), 1);
+    events += c["events"].get<long>(), runs += c["runs"].get<long>();
+  }
+  EXPECT_EQ(kinds.size(), 8u);
+  EXPECT_EQ(f["clusters"].size(), 8u);
+  EXPECT_EQ(runs, 24);
+  EXPECT_EQ(events, f["events"]["hits"].get<long>());
+  EXPECT_EQ(events, 64);  // one kind of member in nine does not get there
+
+  // Probabilities are those of the classes that the runs came to.
+  std::vector<int> grades;
+  double largest = 0;
+  for (int k = 0; k < 24; ++k) {
+    const Json s = json_of(out / "fragility" / fmt::format("pier-{}", k) / "summary.json");
+    grades.push_back(s["structures"][0]["members"][0]["damage_class"].get<int>());
+    largest = std::max(largest, s["structures"][0]["peak_force"].get<double>());
+  }
+  EXPECT_GT(*std::max_element(grades.begin(), grades.end()), *std::min_element(grades.begin(), grades.end()));
+  EXPECT_EQ(f["peak_force"]["largest"].get<double>(), largest);
+  const Estimate hit = wilson(events, 72);
+  double before = 1;
+  for (int k = 1; k <= 4; ++k) {
+    std::vector<Stratum> strata;
+    std::size_t at = 0;
+    for (const Json& c : f["clusters"]) {
+      Stratum& h = strata.emplace_back(Stratum{c["events"].get<double>(), 0, c["runs"].get<int>()});
+      for (int q = 0; q < h.runs; ++q) h.reached += grades[at++] >= k;
+    }
+    const Estimate expected = product(hit, stratified(strata));
+    const Json& p = f["per_event"][static_cast<std::size_t>(k - 1)];
+    EXPECT_NEAR(p["value"].get<double>(), expected.value, 1e-12);
+    EXPECT_NEAR(p["low"].get<double>(), expected.low, 1e-12);
+    EXPECT_NEAR(p["high"].get<double>(), expected.high, 1e-12);
+    EXPECT_LE(p["value"].get<double>(), before);
+    before = p["value"].get<double>();
+    EXPECT_NEAR(f["per_year"][static_cast<std::size_t>(k - 1)]["value"].get<double>(),
+                -std::expm1(-0.1 * expected.value), 1e-12);
+  }
+  EXPECT_GT(f["per_event"][0]["value"].get<double>(), 0);
+  const double ratio = f["capacity"]["least_ratio"]["value"].get<double>();
+  EXPECT_GE(ratio, 0);
+  EXPECT_LT(ratio, 1.02);  // what is damaged bears no more than as built
+
+  // Two threads, and a second call that finds all runs: the same bytes.
+  write_fragility(request_of(place.path() / "two", 2));
+  EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));
+  int done_again = 0;
+  FragilityRequest again = request_of(out, 1);
+  again.progress = [&](int, int) { ++done_again; };
+  write_fragility(again);
+  EXPECT_EQ(done_again, 0);
+  EXPECT_EQ(text_of(place.path() / "two" / "fragility.json"), text_of(out / "fragility.json"));
+
+  // Beside the same with half as many hits: differences by the root of the sum of squares.
+  const fs::path other = place.path() / "slow";
+  fs::create_directories(other);
+  fs::copy(out / "summary.json", other / "summary.json");
+  Json half = f;
+  for (const char* key : {"value", "low", "high"})
+    half["per_event"][0][key] = 0.5 * f["per_event"][0][key].get<double>();
+  std::ofstream(other / "fragility.json") << half;
+  const std::vector<fs::path> both{out, other};
+  write_comparison(both, place.path() / "options");
+  const Json compared = json_of(place.path() / "options" / "compare.json");
+  std::set<std::string> names;
+  for (const Json& row : compared["figures"]) {
+    const std::string name = row["name"].get<std::string>();
+    names.insert(name);
+    const Json &a = row["options"][0], &b = row["options"][1], &d = row["differences"][0];
+    EXPECT_NEAR(d["value"].get<double>(), b["value"].get<double>() - a["value"].get<double>(), 1e-12) << name;
+    EXPECT_NEAR(d["low"].get<double>(),
+                d["value"].get<double>() - std::hypot(b["value"].get<double>() - b["low"].get<double>(),
+                                                      a["high"].get<double>() - a["value"].get<double>()),
+                1e-9 * (1 + std::abs(d["low"].get<double>())))
+        << name;
+    if (name == "pier: P(class >= 1) per event") {
+      EXPECT_NEAR(d["value"].get<double>(), -0.5 * a["value"].get<double>(), 1e-12);
+    }
+  }
+  for (const char* name :
+       {"past: probability of crossing", "past: energy p95", "pier: probability of a hit",
+        "pier: transmitted force, mean of the peaks over hits", "pier: transmitted force, largest peak",
+        "pier: capacity over that as built, least member, mean over hits", "pier: P(class >= 3) per event",
+        "pier: P(class >= 3) per year", "pier: expected closure per event, days"})
+    EXPECT_TRUE(names.contains(name)) << name;
+  EXPECT_TRUE(fs::exists(place.path() / "options" / "compare.html"));
+}
+
+TEST(Fragility, WhatCannotBeIsSaid) {
+  const Place place;
+  std::string away = struck;
+  for (const auto& [from, to] : {std::pair{"[-0.42,", "[-59.0,"}, std::pair{"[0, -0.42,", "[0, -59.0,"}})
+    for (std::size_t at = away.find(from); at != std::string::npos; at = away.find(from, at))
+      away.replace(at, std::string(from).size(), to);
+  away.replace(away.find("members = 72"), 12, "members = 9");
+  const fs::path out = place.path() / "out";
+  run_ensemble(place.put("scene.toml", away), out);
+  const auto message = [&](FragilityRequest r) {
+    try {
+      write_fragility(r);
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_NE(message(request_of(out, 1)).find("no member hits the structure"), std::string::npos);
+  FragilityRequest wrong = request_of(out, 1);
+  wrong.structure = "bridge";
+  EXPECT_NE(message(wrong).find("name one of: pier"), std::string::npos);
+}
+
+/// A box that slides down a plane of 40 degrees to a line 2 m on in plan: energy and speed there follow from
+/// the coefficient of friction, and end points too.
+const std::string slide = R"(schema = 1
+[simulation]
+duration = "1.2 s"
+accuracy = 1e-2
+[[plane]]
+normal = [0.0, -0.6427876096865393, 0.766044443118978]
+material = "ground"
+[[material]]
+name = "rock"
+density = 2600
+[[material]]
+name = "ground"
+[[interface]]
+between = ["rock", "ground"]
+friction = 0.3
+restitution = 0.0
+normal_stiffness = "hard"
+[[block]]
+name = "B"
+material = "rock"
+shape = "box"
+size = [1.0, 1.0, 0.4]
+position = [0.0, -0.12855752193730787, 0.15320888862379562]
+orientation = { rotation_vector = ["40 deg", "0 deg", "0 deg"] }
+velocity = [0.0, 0.0, 0.0]
+[[line]]
+name = "road"
+points = [[-5.0, -1.0], [5.0, -1.0]]
+[ensemble]
+members = 6
+[[ensemble.vary]]
+key = "block.B.velocity"
+list = [[0, 0, 0], [0, -0.766044443118978, -0.6427876096865393]]
+[output]
+report = false
+)";
+
+TEST(Calibrate, FindsTheFrictionFromPassagesAndFromEndPoints) {
+  const Place place;
+  const double a = 40 * M_PI / 180, g = 9.81, mass = 2600 * 0.4, mu = 0.35,
+               pull = g * (std::sin(a) - mu * std::cos(a)), start = -0.12855752193730787;
+  const fs::path scene = place.put("scene.toml", slide);
+  // Measured by the closed form, from rest and from 1 m/s.
+  std::string passages = "line,speed,energy\n", ends = "x,y\n";
+  for (int k = 0; k < 8; ++k) {
+    const double v0 = k % 2, v = std::sqrt(v0 * v0 + 2 * pull * (1 + start) / std::cos(a)),
+                 way = v0 * 1.2 + 0.5 * pull * 1.44;
+    passages += fmt::format("road,{:.6f},{:.6f}\n", v, 0.5 * mass * v * v);
+    ends += fmt::format("0.0,{:.6f}\n", start - way * std::cos(a));
+  }
+  CalibrationRequest request;
+  request.scene = scene.string();
+  request.parameters = {parse_parameter("interface.rock/ground.friction=0.1:0.6")};
+  request.candidates = 16;
+  const double low = 0.1, high = 0.6,
+               spacing = (high - low) / 3 / 8;  // half of the candidates in a third of the box
+  for (const auto& [name, text] : {std::pair{"passages.csv", passages}, std::pair{"ends.csv", ends}}) {
+    request.measured = place.put(name, text);
+    request.directory = place.path() / (std::string(name) + "-out");
+    fs::create_directories(request.directory);
+    EXPECT_FALSE(calibrate(request).empty());
+    const Json c = json_of(request.directory / "calibration.json");
+    EXPECT_NEAR(c["best"]["values"]["interface.rock/ground.friction"].get<double>(), mu, 2 * spacing) << name;
+    EXPECT_EQ(c["measured"]["held_out"], 2);
+    EXPECT_EQ(c["candidates"].size(), 16u);
+    // The best is better than any candidate of the first half.
+    double first = 1e300;
+    for (std::size_t k = 0; k < 8; ++k) first = std::min(first, c["candidates"][k]["distance"].get<double>());
+    EXPECT_LE(c["best"]["distance"].get<double>(), first);
+  }
+  // What the file says of a line that is not there.
+  request.measured = place.put("other.csv", "line,speed\nbridge,1\nbridge,2\nbridge,3\nbridge,4\n");
+  EXPECT_THROW(calibrate(request), InputError);
+  request.measured = place.put("few.csv", "x,y\n1,2\n");
+  EXPECT_THROW(calibrate(request), InputError);
+}
+
+TEST(Calibrate, ParametersAreRead) {
+  const Parameter p = parse_parameter("interface.rock/ground.friction=20 deg:40 deg");
+  EXPECT_EQ(p.key, "interface.rock/ground.friction");
+  EXPECT_NEAR(p.low, 20 * M_PI / 180, 1e-12);
+  EXPECT_EQ(p.unit, "rad");
+  for (const char* wrong : {"", "a=1", "=1:2", "a=2:1", "a=1:x", "a=1 m:2 s"})
+    EXPECT_THROW(parse_parameter(wrong), InputError) << wrong;
+}
+
+}  // namespace
+}  // namespace talus::ensemble
