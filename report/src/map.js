@@ -133,8 +133,6 @@ export function complete() {
     if (!piers.some((p) => p.structure === s.name)) places.push({ lines: [s.name, coordinates(...middle(h))], x: px(h.reduce((a, p) => Math.max(a, p[0]), -Infinity)) + 5, y: py(h[0][1]) - 4 });
   }
   for (const p of piers) places.push({ lines: [p.name, coordinates(p.base[0] - origin[0], p.base[1] - origin[1])], x: px(p.base[0] - origin[0]) + 6, y: py(p.base[1] - origin[1]) - 6, foot: p });
-  crossings(g, dark);
-  name(g, places, dark);
   for (let b = 0; b < nb; b++) {
     const i = ((nf - 1) * nb + b) * 3, x = frames.position[i], y = frames.position[i + 1];
     if (!(x === x)) continue;
@@ -147,6 +145,8 @@ export function complete() {
     g.fill();
     g.stroke();
   }
+  crossings(g, dark);
+  name(g, places, dark);   // over the deposits, which lie where piers stood
   frame(g, dark);
   overlay();
 }
