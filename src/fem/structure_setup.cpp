@@ -260,14 +260,26 @@ void FemStructure::preload() {
     forces(0);
   };
   const bool affordable = n <= largest_factored_system;   // each pass is a solution
-  const StaticBalance cracked = balanced && affordable ? find_balance(n, left, solve, move) : StaticBalance{};
-  if (cracked.found && spent_cells().empty()) {
-    report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it stands with what has cracked ({} passes)", spec_.name, damage_->cells().size(), cracked.passes));
+  // Assumed lateral strains go by the accepted damage (kernels/assumed_strain.hpp): what is accepted is balanced again, until that asks for nothing.
+  constexpr int most_turns = 30;
+  int passes = 0, turns = 0;
+  for (bool found = balanced && affordable; found && turns < most_turns; ++turns) {
+    const StaticBalance cracked = find_balance(n, left, solve, move);
+    found = cracked.found && spent_cells().empty();
+    passes += cracked.passes;
+    if (!found) break;
     accept_laws();
-    books_ = StructureEnergy{};   // that was before the run
     moved();
-    return;
+    forces(0);
+    VecX force(n);
+    if (left(force) <= balanced_enough) {
+      report_(fmt::format("structure {}: its weight takes {} cells beyond the elastic limit of the concrete; it stands with what has cracked ({} passes)", spec_.name, damage_->cells().size(), passes));
+      books_ = StructureEnergy{};   // that was before the run
+      moved();
+      return;
+    }
   }
+  books_ = StructureEnergy{};
   u_ = elastic;
   moved();
   forces(0);

@@ -6,7 +6,7 @@
 namespace talus::fem {
 
 StaticBalance find_balance(int n, const std::function<double(VecX&)>& left, const std::function<void(const VecX&, VecX&)>& solve, const std::function<void(const VecX&)>& move) {
-  constexpr double exact = 1e-12, enough = 1e-8;   // forces left over those that act; the latter where it comes no nearer
+  constexpr double exact = 1e-12;   // forces left over those that act
   constexpr int most_passes = 400, patience = 30;  // the latter: passes that do not halve what is left
   VecX force(n), way(n), last(n);
   double omega = 1, least = std::numeric_limits<double>::infinity();
@@ -15,8 +15,8 @@ StaticBalance find_balance(int n, const std::function<double(VecX&)>& left, cons
     const double residual = left(force);
     fruitless = residual < 0.5 * least ? 0 : fruitless + 1;
     if (fruitless == 0) least = residual;
-    if (residual <= exact || (fruitless > patience && residual <= enough)) return {true, pass};
-    if (fruitless > patience && least > enough) return {false, pass};
+    if (residual <= exact || (fruitless > patience && residual <= balanced_enough)) return {true, pass};
+    if (fruitless > patience && least > balanced_enough) return {false, pass};
     solve(force, way);
     if (pass > 0) {
       const VecX change = way - last;

@@ -10,6 +10,8 @@
 
 namespace talus::fem {
 
+constexpr double balanced_enough = 1e-8;   // forces left over those that act, where it comes no nearer
+
 struct StaticBalance {
   bool found = false;
   int passes = 0;

