@@ -163,7 +163,7 @@ void Bars::share_states() {
   if (partition_ && dowels_) {
     std::vector<double> mine;
     dowels_->save(mine, [this](std::size_t k) { return partition_->owns_cell(bars_.segments()[k].cell); });
-    dowels_->restore(partition_->collect(mine));
+    dowels_->learn(partition_->collect(mine), [this](std::size_t k) { return partition_->local_cells()[bars_.segments()[k].cell] != 0; });
   }
   if (!partition_ || slip_) return;
   std::vector<double> mine;

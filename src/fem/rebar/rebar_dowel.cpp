@@ -285,13 +285,22 @@ void DowelField::save(std::vector<double>& records, const std::function<bool(std
 void DowelField::restore(std::span<const double> records) {
   for (const Crossing& c : crossings_) place_[c.segment] = -1;
   crossings_.clear();
+  learn(records, [](std::size_t) { return false; });
+}
+
+void DowelField::learn(std::span<const double> records, const std::function<bool(std::size_t)>& known) {
   for (std::size_t at = 0; at + record_width <= records.size(); at += record_width) {
     const auto segment = static_cast<std::size_t>(records[at]);
     if (segment >= place_.size()) throw NumericalFailure("the saved dowels belong to another structure");
-    Crossing c = crossing(segment);
+    if (place_[segment] >= 0 && known(segment)) continue;
+    Crossing c =
+        place_[segment] < 0 ? crossing(segment) : crossings_[static_cast<std::size_t>(place_[segment])];
     c.before = {records[at + 1], records[at + 2]};
     c.old = c.next = {records[at + 3], records[at + 4], records[at + 5], records[at + 6]};
-    crossings_.push_back(std::move(c));
+    if (place_[segment] >= 0)
+      crossings_[static_cast<std::size_t>(place_[segment])] = std::move(c);
+    else
+      crossings_.push_back(std::move(c));
   }
   std::sort(crossings_.begin(), crossings_.end(),
             [](const Crossing& a, const Crossing& b) { return a.segment < b.segment; });

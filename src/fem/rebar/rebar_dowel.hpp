@@ -108,6 +108,9 @@ class DowelField {
   static constexpr std::size_t record_width = 7;  // numbers of a crossing in a saved state
   void save(std::vector<double>& records, const std::function<bool(std::size_t)>& which) const;
   void restore(std::span<const double> records);
+  /// Takes over the accepted states of crossings that are not `known` here. Those that are keep theirs, and
+  /// what the last evaluation made of them, which is not accepted yet.
+  void learn(std::span<const double> records, const std::function<bool(std::size_t)>& known);
 
  private:
   struct Crossing {
