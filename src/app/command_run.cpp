@@ -150,9 +150,8 @@ void carry_over(sim::Simulation& simulation, bool blocks) {
 
 ensemble::GroundHeight ground_under(sim::Simulation& simulation) {
   return [&world = simulation.world()](double x, double y) {
-    constexpr double above_all = 1e9;   // height from which the uppermost ground is seen [m]
     const coupling::Environment& env = world.system->environment();
-    return sim::ground_height(env.terrain.get(), env.planes, Vec3(x, y, above_all));
+    return sim::uppermost_ground(env.terrain.get(), env.planes, x, y);
   };
 }
 

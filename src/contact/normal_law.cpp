@@ -48,13 +48,10 @@ double NormalLaw::lost_work(double x) const {
 
 double NormalLaw::inverse(double force) const {
   if (!(force > 0)) return 0;
-  double x = growth > 0 ? std::min(force / stiffness, std::cbrt(force / growth)) : force / stiffness;
-  for (int i = 0; i < 50 && growth > 0; ++i) {   // convex and rising: Newton's steps come from above
-    const double step = (elastic(x) - force) / (stiffness + 3 * growth * x * x);
-    x -= step;
-    if (std::abs(step) <= 1e-15 * x) break;
-  }
-  return x;
+  if (!(growth > 0)) return force / stiffness;
+  // k x + g x^3 = F by x = 2 a sinh(z), a^2 = k/(3 g): 4 sinh^3 z + 3 sinh z = sinh 3z
+  const double a = std::sqrt(stiffness / (3 * growth));
+  return 2 * a * std::sinh(std::asinh(1.5 * force / (stiffness * a)) / 3);
 }
 
 double NormalLaw::reached(double y) const {

@@ -1,9 +1,16 @@
 /// Laws of the ground beyond Coulomb's (docs/theory/ground.md).
 ///
-///   friction    mu(s) = mu + (mu_most - mu) 2/pi atan(s / s_0),   ds/dt = |u_t| in contact, -beta s out of
-///   it     [leine2014] ploughing   T = (sigma + rho u_t^2 / 2) sum y_i A_i / sqrt(sum A_j)     y_i: depth of
-///   a contact point below the ground as it was, A_i: its area vegetation  F = -eta v  while the centroid is
-///   lower than the vegetation above the ground
+///   friction    mu(s) = mu + (mu_most - mu) 2/pi atan(s / s_0) [leine2014]
+///
+///   ds/dt = |u_t| in contact, -beta s out of it
+///
+///   ploughing   T = (sigma + rho u_t^2 / 2) sum y_i A_i / sqrt(sum A_j)
+///
+///   y_i: depth of a contact point below the ground as it was, A_i: its area
+///
+///   vegetation  F = -eta v
+///
+///   while the centroid is lower than the vegetation above the ground
 ///
 /// Ploughing is a part of the cone of friction, so that it opposes what slides and holds what does not.
 #pragma once

@@ -203,15 +203,21 @@ void IslandStepper::go_on_with_ways(double h) {
     if (t.a.kind == Partner::Kind::block) u -= at_start(t.a.index, t.at.point_a);
     return (u - t.at.normal * t.at.normal.dot(u)).norm();
   };
-  for (const Body& b : bodies_) {
-    double slip_speed = -1, recovery = 0;
-    for (const Touch& t : touches_) {
-      const bool own = t.b == b.block || (t.a.kind == Partner::Kind::block && t.a.index == b.block);
-      if (own && t.row >= 0 && t.b >= 0 && t.impulse[0] > 0 && t.law->changes_with_way()) slip_speed = std::max(slip_speed, 0.5 * (slip_at_start(t) + slip(t, t.at.point_b).norm()));
-    }
-    const int material = model_.blocks[static_cast<std::size_t>(b.block)].material;
+  std::vector<double> slip_speed(bodies_.size(), -1.0);
+  const auto slides = [&](int block, double speed) {
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) slip_speed[static_cast<std::size_t>(l)] = std::max(slip_speed[static_cast<std::size_t>(l)], speed);
+  };
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.b < 0 || !(t.impulse[0] > 0) || !t.law->changes_with_way()) continue;
+    const double speed = 0.5 * (slip_at_start(t) + slip(t, t.at.point_b).norm());
+    slides(t.b, speed);
+    if (t.a.kind == Partner::Kind::block) slides(t.a.index, speed);
+  }
+  for (std::size_t l = 0; l < bodies_.size(); ++l) {
+    const int material = model_.blocks[static_cast<std::size_t>(bodies_[l].block)].material;
+    double recovery = 0;
     for (int m = 0; m < env_.laws.materials; ++m) recovery = std::max(recovery, env_.laws(m, material).friction_recovery);
-    go_on_sliding(state_, b.block, slip_speed, recovery, h);
+    go_on_sliding(state_, bodies_[l].block, slip_speed[l], recovery, h);
   }
 }
 

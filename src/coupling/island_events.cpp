@@ -236,7 +236,7 @@ IslandStepper::Crossing IslandStepper::crossing() {
     out.listed = out.listed || !out.features[i].empty();
     if (s > 1) continue;
     if (i < meets_to_rebound_.size() && meets_to_rebound_[i] != 0) {   // at the end of the step is where it is to meet
-      if (s < 1 - 1e-6) out.first = std::min(out.first, s);
+      if ((1 - s) * way > touch_gap()) out.first = std::min(out.first, s);
       continue;
     }
     if (ahead_[i] == 0 && (known[i].open || !known[i].any) && !moving_skin(island_->pairs[i].a)) {

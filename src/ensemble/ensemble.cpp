@@ -16,7 +16,6 @@
 namespace talus::ensemble {
 namespace {
 
-constexpr double above_all = 1e9;   // height from which the uppermost ground is seen [m]
 
 
 constexpr long tried = 16;             // members whose worlds are built before the first one runs: if none can be, all fail for one reason
@@ -105,7 +104,7 @@ Ensemble::Ensemble(const std::string& file, const scene::Overrides& overrides)
     for (const Vec3& v : ground_->surface.vertices) low = std::min(low, v.z());
     index = std::make_shared<const contact::SurfaceIndex>(ground_->surface);
   }
-  height_ = [index, planes = planes_](double x, double y) { return sim::ground_height(index.get(), planes, Vec3(x, y, above_all)); };
+  height_ = [index, planes = planes_](double x, double y) { return sim::uppermost_ground(index.get(), planes, x, y); };
   shared_ = shares_ground_ ? std::move(read_ground) : std::make_unique<sim::Shared>();
   shared_->keeps_structures = shares_structures_;
   for (const StructureSpec& s : provisional.structures) structures_.push_back(s.name);
@@ -199,7 +198,7 @@ std::optional<Member> Ensemble::run(long index, const std::atomic<int>* stop) {
   sim::World& world = simulation->world();
   m.start = centroids(*simulation);
   world.ledger(world.now());   // energies are counted from here
-  Path path(*simulation, lines_, [&world](double x, double y) { return sim::ground_height(world.system->environment().terrain.get(), world.system->environment().planes, Vec3(x, y, above_all)); }, origin_, settings_.map_cell);
+  Path path(*simulation, lines_, [&world](double x, double y) { return sim::uppermost_ground(world.system->environment().terrain.get(), world.system->environment().planes, x, y); }, origin_, settings_.map_cell);
   std::atomic<int> halt{0};
   bool over = false;
   path.after = [&] {

@@ -111,6 +111,11 @@ double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Pla
   return z;
 }
 
+double uppermost_ground(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y) {
+  constexpr double above_all = 1e9;   // [m]
+  return ground_height(terrain, planes, Vec3(x, y, above_all));
+}
+
 InGround ground_of(const TriangleSurface* terrain, const std::vector<Plane>& planes) {
   const auto index = terrain ? std::make_shared<contact::SurfaceIndex>(*terrain) : nullptr;
   return [index, planes](const Vec3& x) {

@@ -28,6 +28,8 @@ Vec3 place_above(const scene::Release& release, const Polyhedron& body, const Ma
 /// Height of the ground at the place of a point, the upper one of terrain and planes [m]; NaN without any. The terrain counts up to the first underside
 /// of an overhang above the point: under an overhang the ground is the floor there, elsewhere the topmost face.
 double ground_height(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, const Vec3& at);
+/// The same of the uppermost ground at a place in plan.
+double uppermost_ground(const contact::SurfaceIndex* terrain, const std::vector<Plane>& planes, double x, double y);
 
 /// Whether terrain or a plane fills the place [m].
 using InGround = std::function<bool(const Vec3&)>;

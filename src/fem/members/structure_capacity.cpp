@@ -30,6 +30,30 @@ constexpr double press_strain = 2e-3, last_strain = 2e-2;
 constexpr double fallen = 0.6;                                   // of the greatest load: the test is over
 constexpr int samples = 100;                                     // of the curve, until press_strain
 
+/// The curve of a test at one speed: means of its force over equal intervals, and the greatest of them.
+class MeanCurve {
+ public:
+  MeanCurve(PushDown& out, double begin, double interval, double speed, std::string test)
+      : out_(&out), next_(begin + interval), interval_(interval), half_way_(0.5 * speed * interval), test_(std::move(test)) {}
+  /// The force of a step that ends at t, `way` behind [N, s, m]. True at the end of an interval whose mean has fallen well below the greatest.
+  bool add(double force, double t, double way) {
+    sum_ += force, ++steps_;
+    if (t < next_) return false;
+    const double mean = sum_ / static_cast<double>(steps_);
+    if (!std::isfinite(mean)) throw NumericalFailure(fmt::format("{} failed at {:.4g} m", test_, way));
+    out_->curve.push_back({way - half_way_, mean});
+    if (mean > out_->capacity) out_->capacity = mean, out_->at = out_->curve.back()[0];
+    next_ += interval_, sum_ = 0, steps_ = 0;
+    return mean < fallen * out_->capacity;
+  }
+
+ private:
+  PushDown* out_;
+  double next_, interval_, half_way_, sum_ = 0;
+  long steps_ = 0;
+  std::string test_;
+};
+
 /// Least radius of gyration of the cells about the middle of their section [m]: by Simpson's rule over each cell, exact for bricks.
 double least_gyration(const HexMesh& mesh, const std::vector<int>& cells, const std::vector<double>& mass, const Member& member) {
   double total = 0;
@@ -169,8 +193,8 @@ PushDown FemStructure::push_down(std::size_t k) const {
   out.member = member.name;
   const double h = test->critical_step_, settled = settle_periods * period;
   const double interval = periods_to_strain * period / samples;
-  double t = 0, next = settled + interval, sum = 0, drop = 0;
-  long steps = 0;
+  double t = 0, drop = 0;
+  MeanCurve means(out, settled, interval, speed, fmt::format("structure {}: the push-down of {}", spec_.name, member.name));
   for (; drop < last_strain * member.length; t += h) {
     test->predict(t, h);
     const bool pressing = t >= settled;
@@ -186,15 +210,7 @@ PushDown FemStructure::push_down(std::size_t k) const {
     test->correct(t, h, {});
     if (!pressing) continue;
     drop += down * h;
-    sum += 0.5 * plates - 0.5 * weight;
-    ++steps;
-    if (t + h < next) continue;
-    const double load = sum / static_cast<double>(steps);
-    if (!std::isfinite(load)) throw NumericalFailure(fmt::format("structure {}: the push-down of {} failed at {:.4g} m", spec_.name, member.name, drop));
-    out.curve.push_back({drop - 0.5 * down * interval, load});
-    if (load > out.capacity) out.capacity = load, out.at = out.curve.back()[0];
-    if (load < fallen * out.capacity && drop > 0.5 * press_strain * member.length) break;
-    next += interval, sum = 0, steps = 0;
+    if (means.add(0.5 * plates - 0.5 * weight, t + h, drop) && drop > 0.5 * press_strain * member.length) break;
   }
   return out;
 }
@@ -223,8 +239,8 @@ PushDown FemStructure::push_over(std::size_t k, int axis) const {
   out.member = member.name;
   out.axis = axis;
   const double h = test->critical_step_, settled = settle * period, interval = periods_to_drift * period / points;
-  double t = 0, next = settled + interval, sum = 0, drift = 0;
-  long steps = 0;
+  double t = 0, drift = 0;
+  MeanCurve means(out, settled, interval, speed, fmt::format("structure {}: the lateral test of {}", spec_.name, member.name));
   for (; drift < last_drift * member.length; t += h) {
     test->predict(t, h);
     const bool pushing = t >= settled;
@@ -245,15 +261,7 @@ PushDown FemStructure::push_over(std::size_t k, int axis) const {
     test->correct(t, h, {});
     if (!pushing) continue;
     drift += speed * h;
-    sum += 0.5 * held;
-    ++steps;
-    if (t + h < next) continue;
-    const double force = sum / static_cast<double>(steps);
-    if (!std::isfinite(force)) throw NumericalFailure(fmt::format("structure {}: the lateral test of {} failed at {:.4g} m", spec_.name, member.name, drift));
-    out.curve.push_back({drift - 0.5 * speed * interval, force});
-    if (force > out.capacity) out.capacity = force, out.at = out.curve.back()[0];
-    if (force < fallen * out.capacity && drift > 0.2 * drift_step * member.length) break;
-    next += interval, sum = 0, steps = 0;
+    if (means.add(0.5 * held, t + h, drift) && drift > 0.2 * drift_step * member.length) break;
   }
   return out;
 }
