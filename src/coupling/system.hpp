@@ -39,6 +39,7 @@ struct SystemSettings {
   StepSettings step;
   bool sleeping = true;
   int threads = 1;
+  bool one_island = false;               // all that moves is one island, however far apart: what is computed may not depend on it
   double longest_stretch = 0.05;         // [s]; with a fixed step, the whole number of steps nearest below, at least one
 };
 
@@ -66,6 +67,8 @@ class CoupledSystem {
   bool advance(double end, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
   /// Advances to time t exactly, stretch by stretch.
   bool advance_to(double t, const std::atomic<int>* stop = nullptr);
+  /// From the next stretch on all that moves is one island (SystemSettings::one_island).
+  void put_into_one_island() { settings_.one_island = true; }
   /// Longest stretch [s].
   double longest_stretch() const;
   /// Blocks and works now, or at one of the rows of the last advance().

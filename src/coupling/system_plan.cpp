@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <ranges>
 
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
@@ -96,6 +97,10 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   DisjointSets sets(n + static_cast<int>(env_.structures.size()));   // blocks, then structures
   for (const auto& [i, j] : pairs)
     if (moves(i) && moves(j)) sets.join(i, j);
+  if (settings_.one_island) {
+    auto moving = std::views::iota(0, n) | std::views::filter(moves);
+    for (const int i : moving) sets.join(i, *moving.begin());
+  }
 
   // Fixed partners, and structures as hubs: all that is near one structure shares its sub-step.
   std::vector<CandidatePair> fixed;

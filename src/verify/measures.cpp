@@ -21,17 +21,21 @@ WedgeScene::WedgeScene() : normal_a(upward_normal(130 * deg, 40 * deg)), normal_
   if (line.z() > 0) line = -line;
 }
 
-std::string WedgeScene::text(const Method& m, double phi, double duration, double speed) const {
+std::vector<Vec3> WedgeScene::corners() const {
   // One edge on the line, one more corner on each plane, upwards and outwards.
   Vec3 up_a = normal_a.cross(line), up_b = normal_b.cross(line);
   if (up_a.dot(normal_b) < 0) up_a = -up_a;
   if (up_b.dot(normal_a) < 0) up_b = -up_b;
-  const std::vector<Vec3> corners{-line, line, 1.2 * up_a, 1.2 * up_b};
+  return {-line, line, 1.2 * up_a, 1.2 * up_b};
+}
+
+std::string WedgeScene::text(const Method& m, double phi, double duration, double speed) const {
+  const std::vector<Vec3> all = corners();
   Vec3 centroid = Vec3::Zero();
-  for (const Vec3& x : corners) centroid += 0.25 * x;
+  for (const Vec3& x : all) centroid += 0.25 * x;
   SceneText s(m, duration);
   s.material("rock", 2600, "young = \"30 GPa\"\npoisson = 0.25").interface("rock", "ground", std::tan(phi));
-  s.plane(normal_a).plane(normal_b).hull("W", corners, centroid, velocity(speed * line));
+  s.plane(normal_a).plane(normal_b).hull("W", all, centroid, velocity(speed * line));
   return s.str();
 }
 

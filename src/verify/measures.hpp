@@ -1,6 +1,7 @@
 /// Scenes and references that several cases share.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "core/types.hpp"
 #include "verify/suite.hpp"
@@ -11,6 +12,7 @@ namespace talus::verify {
 struct WedgeScene {
   Vec3 normal_a, normal_b, line;   // upward normals; line of intersection, downwards
   WedgeScene();
+  std::vector<Vec3> corners() const;   // two on the line, one more on each plane
   std::string text(const Method& m, double phi, double duration, double speed = 0) const;
 };
 

@@ -51,11 +51,12 @@ Vec3 Outcome::force_on(int b, std::uint64_t partner) const {
   return f;
 }
 
-Outcome run_scene(const std::string& toml) {
+Outcome run_scene(const std::string& toml, bool one_island) {
   Outcome o;
   const double start = cpu_now();
   const auto wall = std::chrono::steady_clock::now();
   o.simulation = std::make_unique<sim::Simulation>(scene::read_scene_text(toml, "/verify.toml"));
+  if (one_island) o.simulation->world().system->put_into_one_island();
   Keeper keeper(o);
   o.result = o.simulation->run(keeper);
   o.cpu = cpu_now() - start;
@@ -63,8 +64,8 @@ Outcome run_scene(const std::string& toml) {
   return o;
 }
 
-Outcome CaseRun::run(const std::string& toml) {
-  Outcome o = run_scene(toml);
+Outcome CaseRun::run(const std::string& toml, bool one_island) {
+  Outcome o = run_scene(toml, one_island);
   totals_.cpu += o.cpu;
   totals_.wall += o.wall;
   const sim::RunCounters n = o.simulation->world().counters();
@@ -143,7 +144,7 @@ void CaseRun::point(const std::string& method, double parameter, double error, c
 const std::vector<Case>& all_cases() {
   static const std::vector<Case> cases = [] {
     std::vector<Case> all;
-    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases, invariant_cases})
+    for (const auto& group : {sliding_cases, turning_cases, pile_cases, spring_cases, law_cases, comparison_cases, stability_cases, elastic_cases, concrete_cases, coupling_cases, cushion_cases, impact_stress_cases, invariant_cases, calibration_cases})
       for (Case& c : group()) all.push_back(std::move(c));
     return all;
   }();
