@@ -32,10 +32,13 @@ void IslandStepper::begin(const Island& island) {
   watches_.assign(island.pairs.size(), PairWatch{});
   seen_.clear();
   impacts_on_skin_.clear();
-  local_.assign(model_.blocks.size(), -1);
+  for (const Body& b : bodies_)   // of the island before
+    if (static_cast<std::size_t>(b.block) < local_.size()) local_[static_cast<std::size_t>(b.block)] = -1;
+  local_.resize(model_.blocks.size(), -1);
   bodies_.assign(island.blocks.size(), Body{});
   began_.resize(island.blocks.size());
   report_.went.assign(island.blocks.size(), 0.0);
+  report_.ways.resize(island.blocks.size());
   length_ = std::numeric_limits<double>::infinity();
   speed_ = 0;
   for (std::size_t i = 0; i < island.blocks.size(); ++i) {

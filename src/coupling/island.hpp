@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <atomic>
 #include <functional>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -36,6 +37,13 @@ struct Island {
   std::vector<CandidatePair> pairs;      // everything that may touch within the stretch, deterministic order
   std::vector<int> structures;           // indices into Environment::structures, deformable ones only
   std::vector<SurfacePair> surfaces;     // structures that may touch each other
+  std::vector<char> watched;             // per block: it may come near blocks of other islands
+};
+
+/// A part of a block's way over a stretch.
+struct Leg {
+  double t0 = 0, t1 = 0;    // [s]
+  contact::Motion motion;   // from t0 to t1
 };
 
 struct StepSettings {
@@ -44,6 +52,9 @@ struct StepSettings {
   double min_step = 1e-9;       // [s]
   int exchanges_per_rise = 20;  // least number of exchanges with a structure while a spring's force rises
   int threads = 1;              // that one island may use; the result does not depend on it
+  /// Longest step of an island that is time-stepped, (4 accuracy L / g)^(1/2): what falls by twice the accuracy's part of L [m] within it; g in m/s^2 [s].
+  double time_step(double length, double g) const { return fixed_step > 0 ? fixed_step : std::sqrt(accuracy * 4 * length / std::max(g, 1e-12)); }
+  static constexpr double dearer = 4;   // events may cost so many times what time stepping does
 };
 
 struct IslandReport {
@@ -52,6 +63,7 @@ struct IslandReport {
   std::vector<StructureContact> rows;     // contacts on structures, one per contact and step
   AuditSums audit;
   IslandMotion motion;                    // over the steps that rows fall into
+  std::vector<std::vector<Leg>> ways;     // of each watched block, leg by leg; of others empty
   std::vector<double> went;               // of each block, farthest that a point of it may have come from where it began, at the ends of steps [m]
   double next_step = 0;                   // suggested h for the next stretch [s]
   bool at_rest = false;                   // a static certificate: v = 0 solves the last step exactly
@@ -108,7 +120,7 @@ class IslandStepper {
   IslandReport fail_at_drift();
   void look_for_gains();
   void rest_check(double h);
-  void measure_way();
+  void measure_way(double from, double to, bool lumped);
   // island_motion.cpp
   bool begin_motion(double t0, double t1);
   void end_motion();

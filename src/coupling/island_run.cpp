@@ -12,8 +12,7 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
-constexpr double most_work = 20000;    // contacts times factorisations that events may cost per step of a large island, or
-constexpr double dearer = 4;           // times what such a step costs itself
+constexpr double most_work = 20000;    // contacts times factorisations that events may cost per step of a large island, or `dearer` times what such a step costs itself
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
@@ -128,7 +127,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       ++report_.counters.flights;
       report_.at_rest = false;
     }
-    measure_way();
+    measure_way(trial.start, t + done + taken, trial.lumped);
     if (recorded) end_motion();
     done += taken;
   }
@@ -162,7 +161,7 @@ bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
     closing += first && t.at.gap > near_gap() && t.at.gap + duration * t.approach < fall && (!rebounds_alone || rebounds(t));
   }
   const double ahead = factorisations * closed * closing;
-  const double worth = std::max(most_work, dearer * factorisations * closed);
+  const double worth = std::max(most_work, StepSettings::dearer * factorisations * closed);
   return work_ + ahead > worth * std::ceil(duration / step_limit(duration, true));
 }
 
@@ -226,7 +225,7 @@ double IslandStepper::step_limit(double remaining, bool lumped) const {
     return h;
   }
   // Large islands: motion within a step stays a small part of the block size, set by accuracy.
-  double h = std::sqrt(settings_.accuracy * 4 * length_ / std::max(model_.gravity.norm(), 1e-12));
+  double h = settings_.time_step(length_, model_.gravity.norm());
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
     const double radius = model_.blocks[k].shape->radius;
@@ -270,12 +269,13 @@ void IslandStepper::correct_structures(double t, double h) {
 }
 
 /// Whatever a block was struck by, the partners that were looked for are those that it can meet within what it was expected to go, turning included.
-void IslandStepper::measure_way() {
+void IslandStepper::measure_way(double from, double to, bool lumped) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto k = static_cast<std::size_t>(bodies_[i].block);
     const Began& began = began_[i];
     const double chord = 2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
     report_.went[i] = std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
+    if (island_->watched[i] != 0) report_.ways[i].push_back({from, to, motion_of(bodies_[i].block, lumped)});
   }
 }
 

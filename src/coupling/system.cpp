@@ -8,6 +8,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <map>
+#include <numeric>
 #include <utility>
 
 #include <fmt/format.h>
@@ -183,17 +185,21 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   std::vector<SkinBefore> skins_before(env_.structures.size());
-  for (std::size_t q = 0; q < env_.structures.size(); ++q) {
-    if (!p.structure_used[q]) continue;
+  const auto keep_structure = [&](std::size_t q) {
     env_.structures[q].structure->save(structures_before[q]);
     if (!env_.structures[q].fixed_surface) skins_before[q] = {env_.structures[q].structure->surface().revision, env_.structures[q].structure->surface().vertices};
-  }
+  };
+  for (std::size_t q = 0; q < env_.structures.size(); ++q)
+    if (p.structure_used[q]) keep_structure(q);
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
   state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
   const Ledger braked = state_.ledger;
+  const dda::State begun = p.beside.empty() ? dda::State{} : state_.blocks;
 
   std::vector<IslandReport> reports(p.islands.size());
+  std::vector<std::size_t> due(p.islands.size());   // islands that are still to be stepped
+  std::iota(due.begin(), due.end(), std::size_t{0});
   tbb::enumerable_thread_specific<std::unique_ptr<IslandStepper>> steppers;
   const auto hint_of = [&](const Island& island) {   // the smallest suggestion among its blocks and structures
     double hint = 0;
@@ -209,10 +215,54 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     if (!stepper) stepper = std::make_unique<IslandStepper>(model_, state_.blocks, env_, state_.contacts, state_.surface_contacts, settings_.step);
     reports[i] = stepper->advance(p.islands[i], state_.time, duration, hint_of(p.islands[i]), stop, rows);
   };
-  if (settings_.threads > 1 && p.islands.size() > 1) {
-    tbb::parallel_for(std::size_t{0}, p.islands.size(), run);
-  } else {
-    for (std::size_t i = 0; i < p.islands.size(); ++i) run(i);
+  const auto ended = [](const IslandReport& r) { return r.stopped || !r.failure.empty(); };
+  Pairs met;
+  for (;;) {
+    if (settings_.threads > 1 && due.size() > 1) {
+      tbb::parallel_for(std::size_t{0}, due.size(), [&](std::size_t k) { run(due[k]); });
+    } else {
+      for (const std::size_t i : due) run(i);
+    }
+    if (p.beside.empty() || std::ranges::any_of(reports, ended)) break;
+    const Pairs more = meetings(p, reports, begun, duration);
+    if (more.empty()) break;
+    // What met is one island after all: stepped anew, from where it began.
+    met.insert(met.end(), more.begin(), more.end());
+    std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
+    for (std::size_t i = 0; i < reports.size(); ++i) stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
+    Plan joined;
+    std::swap(state_, before);
+    plan(duration, joined, wider_, met);
+    std::swap(state_, before);
+    std::vector<IslandReport> known(joined.islands.size());
+    due.clear();
+    for (std::size_t i = 0; i < known.size(); ++i) {
+      const Island& island = joined.islands[i];
+      if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
+        known[i] = std::move(reports[same->second]);
+        continue;
+      }
+      due.push_back(i);
+      for (const int b : island.blocks) {
+        const auto k = static_cast<std::size_t>(b);
+        dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
+        if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
+        state_.contacts[k] = before.contacts[k];
+        state_.asleep[k] = 0;
+      }
+      for (const int q : island.structures) {
+        const auto k = static_cast<std::size_t>(q);
+        if (p.structure_used[k] != 0) {
+          env_.structures[k].structure->restore(structures_before[k]);
+          bring_up_to_date(env_.structures[k]);
+          state_.surface_contacts[k] = before.surface_contacts[k];
+        } else {
+          keep_structure(k);
+        }
+      }
+    }
+    p = std::move(joined);
+    reports = std::move(known);
   }
 
   bool stopped = false;

@@ -39,7 +39,6 @@ struct SystemSettings {
   StepSettings step;
   bool sleeping = true;
   int threads = 1;
-  bool one_island = false;               // all that moves is one island, however far apart: what is computed may not depend on it
   double longest_stretch = 0.05;         // [s]; with a fixed step, the whole number of steps nearest below, at least one
 };
 
@@ -67,8 +66,6 @@ class CoupledSystem {
   bool advance(double end, const std::atomic<int>* stop = nullptr, std::span<const double> rows = {});
   /// Advances to time t exactly, stretch by stretch.
   bool advance_to(double t, const std::atomic<int>* stop = nullptr);
-  /// From the next stretch on all that moves is one island (SystemSettings::one_island).
-  void put_into_one_island() { settings_.one_island = true; }
   /// Longest stretch [s].
   double longest_stretch() const;
   /// Blocks and works now, or at one of the rows of the last advance().
@@ -118,12 +115,14 @@ class CoupledSystem {
   void settle_newborn(int first);
 
  private:
+  using Pairs = std::vector<std::pair<int, int>>;   // of blocks
   struct Plan {
     std::vector<Island> islands;
     std::vector<double> reach;           // per block [m]
     std::vector<char> structure_used;    // per structure
     std::vector<double> structure_reach; // per structure [m]
     std::vector<SurfacePair> surfaces;   // structures that may meet
+    Pairs beside;                        // blocks of different islands that come near each other, but do not meet as they move now
     long skipped = 0;
   };
   /// What may come farther than its speeds say, and how far [m]: a block or the skin of a structure.
@@ -132,10 +131,15 @@ class CoupledSystem {
     int index = 0;
     double way = 0;
   };
-  void plan(double stretch, Plan& p, std::span<const Farther> farther = {}) const;
+  void plan(double stretch, Plan& p, std::span<const Farther> farther = {}, const Pairs& met = {}) const;
+  void join_clusters(double stretch, const Pairs& pairs, const Pairs& met, DisjointSets& sets) const;
+  double touching(int block) const;
+  bool touched(int i, int j) const;
+  bool will_meet(int i, int j, double stretch) const;
+  Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun, double stretch) const;
   bool meets_others(double stretch, const Plan& p, SystemState& before);
   void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
-  void group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
+  void group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;
   bool go_on(double end, const std::atomic<int>* stop, std::span<const double> rows);
   double stretch_end(double end) const;
   bool stretch(double duration, const std::atomic<int>* stop, std::span<const double> rows, std::string& failure);

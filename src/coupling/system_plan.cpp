@@ -65,10 +65,11 @@ void CoupledSystem::pair_structures(double duration, std::span<const Farther> fa
   }
 }
 
-void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> farther) const {
+void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> farther, const Pairs& met) const {
   const int n = static_cast<int>(model_.blocks.size());
   const dda::State& s = state_.blocks;
   p.islands.clear();
+  p.beside.clear();
   p.skipped = 0;
   p.reach.assign(static_cast<std::size_t>(n), 0.0);
   p.structure_used.assign(env_.structures.size(), 0);
@@ -95,13 +96,6 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   drop_apart(model_, s, near, pairs);
   DisjointSets sets(n + static_cast<int>(env_.structures.size()));   // blocks, then structures
-  for (const auto& [i, j] : pairs)
-    if (moves(i) && moves(j)) sets.join(i, j);
-  if (settings_.one_island) {
-    auto moving = std::views::iota(0, n) | std::views::filter(moves);
-    for (const int i : moving) sets.join(i, *moving.begin());
-  }
-
   // Fixed partners, and structures as hubs: all that is near one structure shares its sub-step.
   std::vector<CandidatePair> fixed;
   for (const SurfacePair& pair : p.surfaces) sets.join(n + pair.a, n + pair.b);
@@ -124,6 +118,7 @@ void CoupledSystem::plan(double duration, Plan& p, std::span<const Farther> fart
       if (!env_.structures[q].fixed_surface) sets.join(i, n + static_cast<int>(q));
     }
   }
+  join_clusters(duration, pairs, met, sets);
   group(pairs, fixed, sets, p);
 }
 
@@ -134,6 +129,7 @@ bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& be
     std::vector<Pair> pairs;
     for (const Island& island : of.islands)
       for (const CandidatePair& pair : island.pairs) pairs.push_back({static_cast<int>(pair.a.kind), pair.a.index, pair.b});
+    for (const auto& [a, b] : of.beside) pairs.push_back({static_cast<int>(Partner::Kind::block), a, b});
     std::sort(pairs.begin(), pairs.end());
     return pairs;
   };
@@ -148,7 +144,7 @@ bool CoupledSystem::meets_others(double duration, const Plan& p, SystemState& be
 }
 
 /// One island per set of blocks and structures (numbered after the blocks), in the order of their first blocks; islands asleep as a whole are skipped.
-void CoupledSystem::group(std::span<const std::pair<int, int>> pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const {
+void CoupledSystem::group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
   std::vector<int> island_of(static_cast<std::size_t>(n) + env_.structures.size(), -1);
@@ -197,10 +193,22 @@ void CoupledSystem::group(std::span<const std::pair<int, int>> pairs, std::span<
     const int id = island_of[static_cast<std::size_t>(sets.root(block))];
     return id < 0 ? nullptr : &p.islands[static_cast<std::size_t>(id)];
   };
+  for (Island& island : p.islands) island.watched.assign(island.blocks.size(), 0);
+  const auto watch = [&](int block) {
+    Island* island = island_at(block);
+    if (island == nullptr) return false;
+    island->watched[static_cast<std::size_t>(std::ranges::lower_bound(island->blocks, block) - island->blocks.begin())] = 1;
+    return true;
+  };
   for (const auto& [i, j] : pairs) {
     // B is the block with DOFs (the later one if both have).
     const int b = moves(j) ? j : i, a = b == j ? i : j;
-    if (Island* island = island_at(b)) island->pairs.push_back({{Partner::Kind::block, a}, b});
+    if (moves(a) && sets.root(a) != sets.root(b)) {
+      const bool of_a = watch(a), of_b = watch(b);
+      if (of_a || of_b) p.beside.emplace_back(a, b);
+    } else if (Island* island = island_at(b)) {
+      island->pairs.push_back({{Partner::Kind::block, a}, b});
+    }
   }
   for (const CandidatePair& c : fixed)
     if (Island* island = island_at(c.b)) {

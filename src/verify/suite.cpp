@@ -51,12 +51,11 @@ Vec3 Outcome::force_on(int b, std::uint64_t partner) const {
   return f;
 }
 
-Outcome run_scene(const std::string& toml, bool one_island) {
+Outcome run_scene(const std::string& toml) {
   Outcome o;
   const double start = cpu_now();
   const auto wall = std::chrono::steady_clock::now();
   o.simulation = std::make_unique<sim::Simulation>(scene::read_scene_text(toml, "/verify.toml"));
-  if (one_island) o.simulation->world().system->put_into_one_island();
   Keeper keeper(o);
   o.result = o.simulation->run(keeper);
   o.cpu = cpu_now() - start;
@@ -64,8 +63,8 @@ Outcome run_scene(const std::string& toml, bool one_island) {
   return o;
 }
 
-Outcome CaseRun::run(const std::string& toml, bool one_island) {
-  Outcome o = run_scene(toml, one_island);
+Outcome CaseRun::run(const std::string& toml) {
+  Outcome o = run_scene(toml);
   totals_.cpu += o.cpu;
   totals_.wall += o.wall;
   const sim::RunCounters n = o.simulation->world().counters();

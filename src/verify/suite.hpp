@@ -58,8 +58,8 @@ struct Outcome {
   Vec3 force_on(int b, std::uint64_t partner) const;
 };
 
-/// Runs a scene given as text; input errors propagate, numerical failures are in `result`. `one_island`: all that moves is one island, however far apart.
-Outcome run_scene(const std::string& toml, bool one_island = false);
+/// Runs a scene given as text; input errors propagate, numerical failures are in `result`.
+Outcome run_scene(const std::string& toml);
 
 class CaseRun;
 struct Case {
@@ -72,7 +72,7 @@ struct Case {
 class CaseRun {
  public:
   CaseRun(const Case& c, std::vector<CaseResult>& out, std::vector<CurvePoint>& curves, bool quick) : case_(c), out_(out), curves_(curves), quick_(quick) {}
-  Outcome run(const std::string& toml, bool one_island = false);
+  Outcome run(const std::string& toml);
   void method(const Method& m) { method_ = m.text(); paper_ = m.kind == Method::Kind::paper; reset(); }
   /// For structures: the integrator or the law that is shown.
   void method(const std::string& text) { method_ = text; paper_ = false; reset(); }
