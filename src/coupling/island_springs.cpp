@@ -7,6 +7,7 @@
 // By accuracy, a spring that carries more motion than the accuracy allows to lose is resolved; one at rest is not.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "coupling/island_body.hpp"
 
@@ -16,7 +17,7 @@ namespace {
 /// h sqrt(rate_sq) up to which the trapezoid is used. rate_sq is a trace, about four times the square of the main frequency of a face.
 constexpr double resolved_phase = 1.0;
 
-/// Step over resolved_phase at accuracy 1e-3; the period's error falls with its square, hence with `accuracy`.
+/// Step over resolved_phase at accuracy 1e-3 that has the force as it rises; the error of it falls with its square, hence with `accuracy`.
 double phase_asked(double accuracy) { return 0.5 * std::clamp(std::sqrt(accuracy / 1e-3), 0.02, 1.0); }
 
 }  // namespace
@@ -109,7 +110,8 @@ void IslandStepper::weigh_springs() {
       const double a_n = t.at.normal.dot(acceleration(b, t.at.point_b) - acceleration(a, t.at.point_a));
       amplitude_sq += a_n * a_n / t.rate_sq;
     }
-    t.energetic = amplitude_sq > quiet * quiet;
+    t.swing_speed = std::sqrt(amplitude_sq);
+    t.energetic = t.swing_speed > quiet;
   }
 }
 
@@ -117,7 +119,10 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
   double limit = h;
   for (const Touch& t : touches_) {
     if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t))) continue;   // there the rise of the force decides
-    const double resolved = phase_asked(settings_.accuracy) * resolved_phase / std::sqrt(t.rate_sq);
+    // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12, which leaves its end off by V times that. A quarter
+    // of what the accuracy allows is asked for, and 2 w = sqrt(rate_sq).
+    const double rate = std::sqrt(t.rate_sq), allowed = 6 / std::numbers::pi * settings_.accuracy * length_;
+    const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase, std::sqrt(allowed * rate / t.swing_speed)) / rate;
     if (t.at.gap < -1e-9 * length_ || t.pulls() || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
     } else if (lumped && t.approach < 0) {

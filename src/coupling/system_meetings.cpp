@@ -1,5 +1,6 @@
-// Which blocks go by themselves: what does not touch and does not meet within a stretch may be stepped alone, however near it is. A cluster is what touches
-// or will meet on its present motion. What was stepped apart and met on the ways that it took is stepped anew, together.
+// Which blocks go by themselves: what does not touch and does not meet within a stretch may be stepped alone,
+// however near it is. A cluster is what touches or will meet on its present motion. What was stepped apart
+// and met on the ways that it took is stepped anew, together.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -49,21 +50,26 @@ class Way {
 }  // namespace
 
 /// Distance from which on a block is touched [m].
-double CoupledSystem::touching(int block) const { return 1e-5 * model_.blocks[static_cast<std::size_t>(block)].shape->radius + env_.bond_stretch; }
+double CoupledSystem::touching(int block) const {
+  return 1e-5 * model_.blocks[static_cast<std::size_t>(block)].shape->radius + env_.bond_stretch;
+}
 
 /// True if the two pressed on each other, or held together, when they were last stepped.
 bool CoupledSystem::touched(int i, int j) const {
   const auto knows = [&](int b, int partner) {
     const auto& known = state_.contacts[static_cast<std::size_t>(b)];
-    return std::ranges::any_of(known, [id = Partner{Partner::Kind::block, partner}.id()](const ContactMemory& m) { return m.partner == id; });
+    return std::ranges::any_of(known, [id = Partner{Partner::Kind::block, partner}.id()](
+                                          const ContactMemory& m) { return m.partner == id; });
   };
   return knows(i, j) || knows(j, i);
 }
 
-/// True if two blocks touch, or will within the stretch if each goes on as it goes: what touches nothing falls, what is borne goes straight on.
+/// True if two blocks touch, or will within the stretch if each goes on as it goes: what touches nothing
+/// falls, what is borne goes straight on.
 bool CoupledSystem::will_meet(int i, int j, double duration) const {
   const dda::State& s = state_.blocks;
-  const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape, &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
+  const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape,
+                   &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
   const double level = touching(i) + touching(j);
   if (!contact::apart(A, dda::pose(s, i), B, dda::pose(s, j), level)) return true;
   const auto foreseen = [&](int b) {
@@ -77,20 +83,29 @@ bool CoupledSystem::will_meet(int i, int j, double duration) const {
     return m;
   };
   const contact::Motion a = foreseen(i), b = foreseen(j);
-  const double way = (b.displacement - a.displacement).norm() + 0.25 * (b.half_gravity_step - a.half_gravity_step).norm() + A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
-  return !contact::apart(A, a.start, B, b.start, level + way) && contact::time_of_impact(A, a, B, b, level) <= 1;
+  const double way = (b.displacement - a.displacement).norm() +
+                     0.25 * (b.half_gravity_step - a.half_gravity_step).norm() +
+                     A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
+  return !contact::apart(A, a.start, B, b.start, level + way) &&
+         contact::time_of_impact(A, a, B, b, level) <= 1;
 }
 
-/// Joins what is stepped as one: what shares a structure, and of all that may come near each other within the stretch the clusters that are too dear to
-/// locate their events. To locate one event at each of its k contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of
-/// the n time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n.
-void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pairs& met, DisjointSets& sets) const {
+/// Joins what is stepped as one: what shares a structure, and of all that may come near each other within the
+/// stretch the clusters that are too dear to locate their events. To locate one event at each of its k
+/// contacts costs a cluster k solutions of k contacts; time stepping costs it one solution in each of the n
+/// time steps of the stretch. It goes by itself, with its events located, up to k = `dearer` n.
+void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pairs& met,
+                                  DisjointSets& sets) const {
   const int n = static_cast<int>(model_.blocks.size());
   const auto moves = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].ndof() > 0; };
-  const auto both_move = [&](const std::pair<int, int>& pair) { return moves(pair.first) && moves(pair.second); };
+  const auto both_move = [&](const std::pair<int, int>& pair) {
+    return moves(pair.first) && moves(pair.second);
+  };
   DisjointSets clusters(n), near = sets;
-  std::vector<double> contacts(static_cast<std::size_t>(n), 0.0);   // per block, then of each cluster's first
-  for (int i = 0; i < n; ++i) contacts[static_cast<std::size_t>(i)] = static_cast<double>(state_.contacts[static_cast<std::size_t>(i)].size());
+  std::vector<double> contacts(static_cast<std::size_t>(n), 0.0);  // per block, then of each cluster's first
+  for (int i = 0; i < n; ++i)
+    contacts[static_cast<std::size_t>(i)] =
+        static_cast<double>(state_.contacts[static_cast<std::size_t>(i)].size());
   for (const auto& pair : pairs) {
     if (!both_move(pair)) continue;
     near.join(pair.first, pair.second);
@@ -98,31 +113,39 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   }
   for (const auto& [i, j] : met) clusters.join(i, j);
   std::vector<char> at_structure(static_cast<std::size_t>(n) + env_.structures.size(), 0);
-  for (std::size_t q = 0; q < env_.structures.size(); ++q) at_structure[static_cast<std::size_t>(near.root(n + static_cast<int>(q)))] = 1;
-  const auto shares_structure = [&](int i) { return at_structure[static_cast<std::size_t>(near.root(i))] != 0; };
+  for (std::size_t q = 0; q < env_.structures.size(); ++q)
+    at_structure[static_cast<std::size_t>(near.root(n + static_cast<int>(q)))] = 1;
+  const auto shares_structure = [&](int i) {
+    return at_structure[static_cast<std::size_t>(near.root(i))] != 0;
+  };
   for (const auto& pair : pairs) {
     if (!both_move(pair)) continue;
     if (shares_structure(pair.first)) {
       sets.join(pair.first, pair.second);
-    } else if (clusters.root(pair.first) != clusters.root(pair.second) && will_meet(pair.first, pair.second, duration)) {
+    } else if (clusters.root(pair.first) != clusters.root(pair.second) &&
+               will_meet(pair.first, pair.second, duration)) {
       clusters.join(pair.first, pair.second);
-      contacts[static_cast<std::size_t>(pair.first)] += 4;   // of two faces
+      contacts[static_cast<std::size_t>(pair.first)] += 4;  // of two faces
     }
   }
-  struct Cluster { double contacts = 0, length = std::numeric_limits<double>::infinity(); };
-  std::vector<Cluster> cluster(static_cast<std::size_t>(n));   // at the first of its blocks
+  struct Cluster {
+    double contacts = 0, length = std::numeric_limits<double>::infinity();
+  };
+  std::vector<Cluster> cluster(static_cast<std::size_t>(n));  // at the first of its blocks
   for (int i = 0; i < n; ++i) {
     Cluster& c = cluster[static_cast<std::size_t>(clusters.root(i))];
     c.contacts += contacts[static_cast<std::size_t>(i)];
     c.length = std::min(c.length, model_.blocks[static_cast<std::size_t>(i)].shape->radius);
   }
-  std::vector<int> heap(at_structure.size(), -1);   // first block of the dear ones, by what they are near to
+  std::vector<int> heap(at_structure.size(), -1);  // first block of the dear ones, by what they are near to
   for (int i = 0; i < n; ++i) {
     if (!moves(i) || shares_structure(i)) continue;
     const int root = clusters.root(i);
     sets.join(i, root);
     const Cluster& mine = cluster[static_cast<std::size_t>(root)];
-    if (mine.contacts <= StepSettings::dearer * std::ceil(duration / settings_.step.time_step(mine.length, model_.gravity.norm()))) continue;
+    if (mine.contacts <= StepSettings::dearer * std::ceil(duration / settings_.step.time_step(
+                                                                         mine.length, model_.gravity.norm())))
+      continue;
     int& first = heap[static_cast<std::size_t>(near.root(i))];
     if (first < 0) first = i;
     sets.join(i, first);
@@ -130,24 +153,31 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
 }
 
 /// Blocks of different islands that met on the ways that they took.
-CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun, double duration) const {
+CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const IslandReport> reports,
+                                             const dda::State& begun, double duration) const {
   constexpr int pairs_at_once = 64;
   std::vector<std::span<const Leg>> ways(model_.blocks.size());
   for (std::size_t i = 0; i < reports.size(); ++i)
-    for (std::size_t k = 0; k < reports[i].ways.size(); ++k) ways[static_cast<std::size_t>(p.islands[i].blocks[k])] = reports[i].ways[k];
+    for (std::size_t k = 0; k < reports[i].ways.size(); ++k)
+      ways[static_cast<std::size_t>(p.islands[i].blocks[k])] = reports[i].ways[k];
   std::vector<char> meet(p.beside.size(), 0);
   const double from = state_.time, to = state_.time + duration;
   const auto look = [&](int first, int last) {
     for (auto k = static_cast<std::size_t>(first); k < static_cast<std::size_t>(last); ++k) {
       const auto [i, j] = p.beside[k];
-      const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape, &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
-      const double level = 1e-2 * (touching(i) + touching(j));   // both were farther apart at the start
-      Way a(ways[static_cast<std::size_t>(i)], dda::pose(begun, i)), b(ways[static_cast<std::size_t>(j)], dda::pose(begun, j));
+      const Polyhedron &A = *model_.blocks[static_cast<std::size_t>(i)].shape,
+                       &B = *model_.blocks[static_cast<std::size_t>(j)].shape;
+      const double level = 1e-2 * (touching(i) + touching(j));  // both were farther apart at the start
+      Way a(ways[static_cast<std::size_t>(i)], dda::pose(begun, i)),
+          b(ways[static_cast<std::size_t>(j)], dda::pose(begun, j));
       for (double t = from; meet[k] == 0 && t < to;) {
         const double end = std::min(a.next(t, to), b.next(t, to));
         const contact::Motion of_a = a.between(t, end), of_b = b.between(t, end);
-        const double way = (of_b.displacement - of_a.displacement).norm() + 0.25 * (of_b.half_gravity_step - of_a.half_gravity_step).norm() + A.radius * of_a.rotation.norm() + B.radius * of_b.rotation.norm();
-        if (!contact::apart(A, of_a.start, B, of_b.start, level + way)) meet[k] = contact::time_of_impact(A, of_a, B, of_b, level) <= 1;
+        const double way = (of_b.displacement - of_a.displacement).norm() +
+                           0.25 * (of_b.half_gravity_step - of_a.half_gravity_step).norm() +
+                           A.radius * of_a.rotation.norm() + B.radius * of_b.rotation.norm();
+        if (!contact::apart(A, of_a.start, B, of_b.start, level + way))
+          meet[k] = contact::time_of_impact(A, of_a, B, of_b, level) <= 1;
         t = end;
       }
     }

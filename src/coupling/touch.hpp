@@ -54,6 +54,7 @@ struct Touch {
   double shear_stiffness = 0;
   double dashpot = 0;            // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
   double rate_sq = 0;            // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
+  double swing_speed = 0;        // amplitude of the speed of that swing, by its present speed and acceleration [m/s]
   double quiet_speed = 0;        // normal speed below which an oscillation on the spring is beneath the accuracy asked for [m/s]
   bool energetic = false;        // it oscillates, or will, by more than that
   Mode spring = Mode::idle;      // rule of this step if it is sprung

@@ -1,10 +1,11 @@
-// G8: the error that `accuracy` asks for is the error that is had, by scenes with a closed form, alone and beside copies.
+// G8: the error that `accuracy` asks for is the error that is had, by scenes with a closed form, alone and
+// beside copies.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
-
-#include <fmt/format.h>
 
 #include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
@@ -17,12 +18,13 @@ constexpr double g = 9.81, deg = std::numbers::pi / 180;
 /// A scene that can be set up any number of times, `pitch` apart: 2 cm lie between copies, which never meet.
 struct Copied {
   std::string id, title, source;
-  double duration = 1;       // [s]
-  double size = 1;           // that the accuracy is relative to [m]
-  Vec3 pitch;                // [m]
-  int judged = 0;            // which of the blocks of a copy
-  std::function<void(SceneText&)> common = {};                                        // materials, planes
-  std::function<int(SceneText&, const Vec3& at, const std::string& name)> copy = {};  // the blocks of one copy, of which there are so many
+  double duration = 1;                          // [s]
+  double size = 1;                              // that the accuracy is relative to [m]
+  Vec3 pitch;                                   // [m]
+  int judged = 0;                               // which of the blocks of a copy
+  std::function<void(SceneText&)> common = {};  // materials, planes
+  std::function<int(SceneText&, const Vec3& at, const std::string& name)> copy =
+      {};                    // the blocks of one copy, of which there are so many
   Vec3 goes = Vec3::Zero();  // displacement of the judged block by the closed form [m]
 };
 
@@ -32,20 +34,31 @@ void integrate(double& x, double& v, double duration, Rate&& f) {
   constexpr int steps = 20000;
   const double h = duration / steps;
   for (int i = 0; i < steps; ++i) {
-    const double a1 = f(x, v), v2 = v + h / 2 * a1, a2 = f(x + h / 2 * v, v2), v3 = v + h / 2 * a2, a3 = f(x + h / 2 * v2, v3), v4 = v + h * a3, a4 = f(x + h * v3, v4);
+    const double a1 = f(x, v), v2 = v + h / 2 * a1, a2 = f(x + h / 2 * v, v2), v3 = v + h / 2 * a2,
+                 a3 = f(x + h / 2 * v2, v3), v4 = v + h * a3, a4 = f(x + h * v3, v4);
     x += h / 6 * (v + 2 * v2 + 2 * v3 + v4);
     v += h / 6 * (a1 + 2 * a2 + 2 * a3 + a4);
   }
 }
 
-const auto unit = [](SceneText& s, const std::string& name, const Vec3& at, const std::string& more = {}) { s.box(name, Vec3::Ones(), at, more); };
+const auto unit = [](SceneText& s, const std::string& name, const Vec3& at, const std::string& more = {}) {
+  s.box(name, Vec3::Ones(), at, more);
+};
 
 /// Down a slope of 20 degrees and across it from 3 m/s, mu 0.3: the direction of friction turns.
 Copied turning_slide() {
   const double a = 20 * deg, mu = 0.3;
   const Mat3 axes = slope_axes(a);
-  Copied c{.id = "slide", .title = "slides down and across a slope", .source = "Coulomb; integrated", .pitch = 1.02 * axes.col(0)};
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", mu).interface("rock", "rock", 0.6).plane(axes.col(2)); };
+  Copied c{.id = "slide",
+           .title = "slides down and across a slope",
+           .source = "Coulomb; integrated",
+           .pitch = 1.02 * axes.col(0)};
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", mu)
+        .interface("rock", "rock", 0.6)
+        .plane(axes.col(2));
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     unit(s, name, at + 0.5 * axes.col(2), turned(Vec3(0, a, 0)) + velocity(Vec3(0, 3, 0)));
     return 1;
@@ -53,7 +66,9 @@ Copied turning_slide() {
   Eigen::Vector2d v(0, 3), x(0, 0);
   constexpr int steps = 100000;
   const double h = c.duration / steps;
-  const auto rate = [&](const Eigen::Vector2d& u) { return Eigen::Vector2d(Eigen::Vector2d(g * std::sin(a), 0) - mu * g * std::cos(a) * u.normalized()); };
+  const auto rate = [&](const Eigen::Vector2d& u) {
+    return Eigen::Vector2d(Eigen::Vector2d(g * std::sin(a), 0) - mu * g * std::cos(a) * u.normalized());
+  };
   for (int k = 0; k < steps; ++k) {
     const Eigen::Vector2d middle = v + 0.5 * h * rate(v);
     x += h * middle;
@@ -65,8 +80,17 @@ Copied turning_slide() {
 
 Copied stop() {
   const double mu = 0.3, v = 3;
-  Copied c{.id = "stop", .title = "slides to a stop", .source = "Coulomb; closed form", .duration = 2, .pitch = Vec3(0, 1.02, 0)};
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", mu).interface("rock", "rock", 0.6).plane(Vec3::UnitZ()); };
+  Copied c{.id = "stop",
+           .title = "slides to a stop",
+           .source = "Coulomb; closed form",
+           .duration = 2,
+           .pitch = Vec3(0, 1.02, 0)};
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", mu)
+        .interface("rock", "rock", 0.6)
+        .plane(Vec3::UnitZ());
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     unit(s, name, at + Vec3(0, 0, 0.5), velocity(Vec3(v, 0, 0)));
     return 1;
@@ -77,9 +101,18 @@ Copied stop() {
 
 /// One slab on another on a smooth floor: friction mu between them until they go together.
 Copied rider() {
-  const double mu = 0.4, v = 2, high = 0.2, below = 4, above = 1;   // volumes [m^2 times `high`]
-  Copied c{.id = "rider", .title = "slides on a block that it takes along", .source = "Coulomb and momentum; closed form", .pitch = Vec3(0, 1.02, 0), .judged = 1};
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", 0).interface("rock", "rock", mu).plane(Vec3::UnitZ()); };
+  const double mu = 0.4, v = 2, high = 0.2, below = 4, above = 1;  // volumes [m^2 times `high`]
+  Copied c{.id = "rider",
+           .title = "slides on a block that it takes along",
+           .source = "Coulomb and momentum; closed form",
+           .pitch = Vec3(0, 1.02, 0),
+           .judged = 1};
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", 0)
+        .interface("rock", "rock", mu)
+        .plane(Vec3::UnitZ());
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     s.box(name, Vec3(4, 1, high), at + Vec3(0, 0, 0.5 * high));
     s.box(name + "r", Vec3(1, 1, high), at + Vec3(-0.5, 0, 1.5 * high), velocity(Vec3(v, 0, 0)));
@@ -92,9 +125,17 @@ Copied rider() {
 
 Copied bounce() {
   const double e = 0.8, h = 0.5, t0 = std::sqrt(2 * h / g);
-  Copied c{.id = "bounce", .title = "bounces thrice, e = 0.8", .source = "Newton; closed form", .pitch = Vec3(0, 1.02, 0)};
-  c.duration = t0 * (1 + 2 * (e + e * e) + e * e * e);   // to the top of the third flight
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", 0.4, fmt::format("normal_stiffness = \"hard\"\nrestitution = {}", e)).interface("rock", "rock", 0.4).plane(Vec3::UnitZ()); };
+  Copied c{.id = "bounce",
+           .title = "bounces thrice, e = 0.8",
+           .source = "Newton; closed form",
+           .pitch = Vec3(0, 1.02, 0)};
+  c.duration = t0 * (1 + 2 * (e + e * e) + e * e * e);  // to the top of the third flight
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", 0.4, fmt::format("normal_stiffness = \"hard\"\nrestitution = {}", e))
+        .interface("rock", "rock", 0.4)
+        .plane(Vec3::UnitZ());
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     unit(s, name, at + Vec3(0, 0, 0.5 + h));
     return 1;
@@ -103,12 +144,22 @@ Copied bounce() {
   return c;
 }
 
-/// A block of 1 x 4 falls back about its edge from half of its critical angle, passes upright with the impact of Housner, and rises about its other edge.
+/// A block of 1 x 4 falls back about its edge from half of its critical angle, passes upright with the impact
+/// of Housner, and rises about its other edge.
 Copied rocking() {
   const double alpha = std::atan(0.25), arm = 0.5 * std::sqrt(17.0), rate = 0.75 * g / arm;
-  Copied c{.id = "rocking", .title = "rocks from edge to edge", .source = "Housner 1963; integrated", .pitch = Vec3(0, 1.02, 0)};
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", 10).interface("rock", "rock", 0.5).plane(Vec3::UnitZ()); };
-  const Mat3 turn = Eigen::AngleAxisd(-0.5 * alpha, Vec3::UnitY()).toRotationMatrix();   // +x side up, about the edge at x = 0
+  Copied c{.id = "rocking",
+           .title = "rocks from edge to edge",
+           .source = "Housner 1963; integrated",
+           .pitch = Vec3(0, 1.02, 0)};
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", 10)
+        .interface("rock", "rock", 0.5)
+        .plane(Vec3::UnitZ());
+  };
+  const Mat3 turn = Eigen::AngleAxisd(-0.5 * alpha, Vec3::UnitY())
+                        .toRotationMatrix();  // +x side up, about the edge at x = 0
   const Vec3 start = turn * Vec3(0.5, 0, 2);
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     s.box(name, Vec3(1, 1, 4), at + start, turned(Vec3(0, -0.5 * alpha, 0)));
@@ -125,13 +176,20 @@ Copied rocking() {
 Copied wedge() {
   const WedgeScene w;
   const double phi = 20 * deg;
-  Copied c{.id = "wedge", .title = "slides in a groove", .source = "limit equilibrium", .pitch = 2.02 * w.line};
+  Copied c{
+      .id = "wedge", .title = "slides in a groove", .source = "limit equilibrium", .pitch = 2.02 * w.line};
   const Vec3 down = -Vec3::UnitZ(), across = down - w.line * w.line.dot(down);
   Eigen::Matrix<double, 3, 2> normals;
   normals << w.normal_a, w.normal_b;
   const Eigen::Vector2d pressed = -(normals.transpose() * normals).inverse() * (normals.transpose() * across);
   c.goes = 0.5 * g * (w.line.dot(down) - std::tan(phi) * pressed.sum()) * w.line;
-  c.common = [=](SceneText& s) { s.material("rock", 2600).interface("rock", "ground", std::tan(phi)).interface("rock", "rock", 0.5).plane(w.normal_a).plane(w.normal_b); };
+  c.common = [=](SceneText& s) {
+    s.material("rock", 2600)
+        .interface("rock", "ground", std::tan(phi))
+        .interface("rock", "rock", 0.5)
+        .plane(w.normal_a)
+        .plane(w.normal_b);
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     std::vector<Vec3> corners = w.corners();
     for (Vec3& x : corners) x += at;
@@ -142,7 +200,12 @@ Copied wedge() {
 }
 
 Copied edge_of_a_table() {
-  Copied c{.id = "edge", .title = "leaves a table and tips", .source = "limit of fixed steps (1e-5 s)", .duration = 1.2, .pitch = Vec3(0, 1.02, 0), .judged = 1};
+  Copied c{.id = "edge",
+           .title = "leaves a table and tips",
+           .source = "limit of fixed steps (1e-5 s)",
+           .duration = 1.2,
+           .pitch = Vec3(0, 1.02, 0),
+           .judged = 1};
   c.common = [](SceneText& s) { s.material("rock", 2500).interface("rock", "*", 0.3); };
   c.copy = [](SceneText& s, const Vec3& at, const std::string& name) {
     s.box(name + "t", Vec3(4, 1.02, 1), at + Vec3(-2, 0, -0.5), "fixed = true\n");
@@ -153,15 +216,22 @@ Copied edge_of_a_table() {
   return c;
 }
 
-/// Hung up by two points, let go 30 degrees from rest; after 3/4 of its period it passes below the hinge at its fastest.
+/// Hung up by two points, let go 30 degrees from rest; after 3/4 of its period it passes below the hinge at
+/// its fastest.
 Copied pendulum() {
-  const double from = 30 * deg, period = 4 * std::sqrt(5.0 / 12 / (0.5 * g)) * std::comp_ellint_1(std::sin(from / 2));
-  Copied c{.id = "pendulum", .title = "swings on fixed points", .source = "elliptic integral", .duration = 0.75 * period, .pitch = Vec3(0, 1.02, 0)};
+  const double from = 30 * deg,
+               period = 4 * std::sqrt(5.0 / 12 / (0.5 * g)) * std::comp_ellint_1(std::sin(from / 2));
+  Copied c{.id = "pendulum",
+           .title = "swings on fixed points",
+           .source = "elliptic integral",
+           .duration = 0.75 * period,
+           .pitch = Vec3(0, 1.02, 0)};
   c.common = [](SceneText& s) { s.material("rock", 2600).interface("rock", "rock", 0.5); };
   const Vec3 start = -0.5 * Vec3(std::sin(from), 0, std::cos(from));
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     const auto fixed = [&](double y) { return vector(at + Vec3(0, y, 0)); };
-    unit(s, name, at + start, turned(Vec3(0, from, 0)) + "fixed_points = [" + fixed(-0.5) + ", " + fixed(0.5) + "]\n");
+    unit(s, name, at + start,
+         turned(Vec3(0, from, 0)) + "fixed_points = [" + fixed(-0.5) + ", " + fixed(0.5) + "]\n");
     return 1;
   };
   c.goes = Vec3(0, 0, -0.5) - start;
@@ -171,12 +241,21 @@ Copied pendulum() {
 /// A cube on a floor of springs, thrown up by what they take; `stiffness` [N/m] of its face of 1 m^2.
 Copied on_springs(const std::string& id, double stiffness) {
   const double h = 0.2, m = 2600, w = std::sqrt(stiffness / m), v = std::sqrt(2 * g * h);
-  Copied c{.id = id, .title = fmt::format("bounces on springs of {:g} Pa/m", stiffness), .source = "oscillator; closed form", .pitch = Vec3(0, 1.02, 0)};
-  const double pressed = 2 / w * (std::numbers::pi - std::atan(v * w / g)), flight = 2 * v / g;   // x'' = g - w^2 x from x = 0 to x = 0
-  c.duration = v / g + pressed + flight + pressed + 0.7 * flight;   // falling in its third flight
+  Copied c{.id = id,
+           .title = fmt::format("bounces on springs of {:g} Pa/m", stiffness),
+           .source = "oscillator; closed form",
+           .pitch = Vec3(0, 1.02, 0)};
+  const double pressed = 2 / w * (std::numbers::pi - std::atan(v * w / g)),
+               flight = 2 * v / g;                                 // x'' = g - w^2 x from x = 0 to x = 0
+  c.duration = v / g + pressed + flight + pressed + 0.7 * flight;  // falling in its third flight
   const double t = 0.7 * flight;
   c.goes = Vec3(0, 0, v * t - 0.5 * g * t * t - h);
-  c.common = [=](SceneText& s) { s.material("rock", m).interface("rock", "ground", 0.4, fmt::format("normal_stiffness = \"{} Pa/m\"", number(stiffness))).interface("rock", "rock", 0.4).plane(Vec3::UnitZ()); };
+  c.common = [=](SceneText& s) {
+    s.material("rock", m)
+        .interface("rock", "ground", 0.4, fmt::format("normal_stiffness = \"{} Pa/m\"", number(stiffness)))
+        .interface("rock", "rock", 0.4)
+        .plane(Vec3::UnitZ());
+  };
   c.copy = [=](SceneText& s, const Vec3& at, const std::string& name) {
     unit(s, name, at + Vec3(0, 0, 0.5 + h));
     return 1;
@@ -186,7 +265,8 @@ Copied on_springs(const std::string& id, double stiffness) {
 
 void calibrate(CaseRun& c, const Copied& scene) {
   const std::vector<int> copies = c.quick() ? std::vector{1, 13} : std::vector{1, 13, 130};
-  const std::vector<double> accuracies = c.quick() ? std::vector{1e-1, 1e-3, 1e-5} : std::vector{1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
+  const std::vector<double> accuracies =
+      c.quick() ? std::vector{1e-1, 1e-3, 1e-5} : std::vector{1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6};
   for (const int n : copies)
     for (const double a : accuracies) {
       const Method m = Method::by_accuracy(a);
@@ -202,8 +282,10 @@ void calibrate(CaseRun& c, const Copied& scene) {
       }
       const Outcome o = c.run(s.str());
       double off = 0;
-      for (const std::size_t b : judged) off = std::max(off, (o.last().position[b] - o.rows.front().position[b] - scene.goes).norm());
-      c.absolute(fmt::format("{} [of its size], {} cop{}", scene.title, n, n == 1 ? "y" : "ies"), scene.source, 0, o.ok() ? off / scene.size : NAN, a);
+      for (const std::size_t b : judged)
+        off = std::max(off, (o.last().position[b] - o.rows.front().position[b] - scene.goes).norm());
+      c.absolute(fmt::format("{} [of its size], {} cop{}", scene.title, n, n == 1 ? "y" : "ies"),
+                 scene.source, 0, o.ok() ? off / scene.size : NAN, a);
       c.point(n == 1 ? "1 copy" : fmt::format("{} copies", n), a, off / scene.size, o);
     }
 }
@@ -212,8 +294,11 @@ void calibrate(CaseRun& c, const Copied& scene) {
 
 std::vector<Case> calibration_cases() {
   std::vector<Case> cases;
-  for (const Copied& scene : {turning_slide(), stop(), rider(), bounce(), rocking(), wedge(), edge_of_a_table(), pendulum(), on_springs("springs", 1e8), on_springs("soft", 1e6)})
-    cases.push_back({"invariants", "G8-" + scene.id, scene.title, scene.source, true, [scene](CaseRun& c) { calibrate(c, scene); }});
+  for (const Copied& scene :
+       {turning_slide(), stop(), rider(), bounce(), rocking(), wedge(), edge_of_a_table(), pendulum(),
+        on_springs("springs", 1e8), on_springs("soft", 1e6)})
+    cases.push_back({"invariants", "G8-" + scene.id, scene.title, scene.source, true,
+                     [scene](CaseRun& c) { calibrate(c, scene); }});
   return cases;
 }
 

@@ -46,7 +46,8 @@ SceneText wall(const std::string& law) {
   return s.raw("[[block]]\nname = \"ball\"\nmaterial = \"rock\"\nshape = \"sphere\"\ndiameter = 0.6\nposition = [0.1, -1.5, 0.8]\nvelocity = [0, 6, 0]\n");
 }
 
-TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 120000, 1600); }
+// Each of the some nine islands that it comes to has steps of its own.
+TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 120000, 2000); }
 
 TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 120000, 900); }
 
