@@ -233,7 +233,12 @@ class IslandStepper {
   void remember(const Touch& touch, double h, std::vector<ContactMemory>& memory) const;
   void shear_row(Touch& touch, contact::ProblemContact& c, double h, const Vec3& moved, const Vec3& u_ref);
   void secant_row(Touch& touch, contact::ProblemContact& c, double h, bool first_pass);
+  struct Tangent { double force = 0, slope = 0; bool follows_law = true; };   // [N], [N/m]
+  Tangent tangent_at_structure(const Touch& touch, double h) const;
+  double lasts_at_structure(const Touch& touch, double h) const;
+  bool follows_law(const Touch& touch, double h, double allowed) const;
   bool conserving(const Touch& touch, const contact::ProblemContact& c, double h) const;
+  bool part_resolved(const Touch& touch) const;
   double normal_compliance(const contact::ProblemContact& c) const;
   void finish_bodies();
   bool finite() const;

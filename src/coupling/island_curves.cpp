@@ -46,6 +46,18 @@ double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
 
 }  // namespace
 
+/// The same of a part of a bed before it has a row, over the step that is searched for. Along the normal a row holds the part at the end of the step; what tilts it moves it at the start alone, and feeds the
+/// tilting where the step does not resolve it.
+bool IslandStepper::part_resolved(const Touch& t) const {
+  const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
+  Mat12 mass, inverse;
+  dda::impulse_mass(model_, state_, t.b, !block.deformable, mass, inverse);
+  const Vec12 row = point_row(block, state_.rotation(t.b), dda::pose(state_, t.b).F.inverse(), t.at.point_a - state_.c[static_cast<std::size_t>(t.b)], t.at.normal);
+  const StructurePart& part = env_.structures[static_cast<std::size_t>(t.a.index)];
+  const double compliance = row.dot(inverse * row) + inverse_mass(*part.structure, skin_weights(t, part.index->surface(), t.at.point_a));
+  return found_for_ * found_for_ * t.stiffness * compliance < 1;
+}
+
 /// Springs between structures: a node of one skin on its spring, whose own oscillation a longer step would take the energy of, as long as they hold or meet with more than rattles [s].
 double IslandStepper::skin_spring_limit(double ahead) const {
   constexpr double resolved_phase = 0.7;
@@ -124,39 +136,59 @@ double IslandStepper::rise_limit(double ahead) const {
 void IslandStepper::secant_row(Touch& t, contact::ProblemContact& c, double h, bool first_pass) {
   t.theta = 1;
   if (first_pass && !conserving(t, c, h)) t.mode = Mode::spring_end;
-  // p = h (F(x) - dashpot x velocity), h the mean of this step and the one before, F by its tangent at the indentation that the last force leads to.
-  const double warm = first_pass ? t.frame.col(0).dot(t.warm) * h : t.impulse[0];
-  double end = -(t.gap_ref + (first_pass ? h * normal_compliance(c) * std::max(0.0, warm) : 0.0)), force = 0, slope = 0;
-  double share = 1;   // of the dashpot's velocity that is the end's
-  const double before = -t.at.gap + length_before(t, h) * t.approach;   // indentation at the start of the last step
-  double lasts = h;   // between the half steps that it parts: as the structure's own forces
-  if (t.mode == Mode::spring_secant) {
-    t.normal_law.begin_step(-t.at.gap);
-    force = t.normal_law.secant(before, end, slope);
-    share = 0.5;
-    lasts = between_half_steps(t, h);
-  } else {
-    force = t.normal_law.force(std::max(end, 0.0));
-    slope = t.normal_law.slope(end);
-  }
-  if (end <= 0 && before > 0 && t.mode == Mode::spring_secant) {
-    // It comes out on the way from where it was a step ago, and gives back what it held there: no more than the books of the half step in between leave it.
-    force = std::min(force, 2 * std::max(0.0, t.stored - t.sheared) / (before - end));
-    slope = std::max(force / (before - end), 1e-6 * t.stiffness);
-  } else if (end <= 0) {
+  if (t.mode == Mode::spring_secant) t.normal_law.begin_step(-t.at.gap);
+  // p = h (F(x) - dashpot x velocity), h the mean of this step and the one before, F by its tangent: at the indentation that the last force leads to, then at the one reached.
+  const double warm = t.frame.col(0).dot(t.warm) * h;
+  if (first_pass) t.indentation = -(t.gap_ref + h * normal_compliance(c) * std::max(0.0, warm));
+  Tangent at = tangent_at_structure(t, h);
+  if (!at.follows_law) {
     // Open as far as can be told: from zero, with the slope of the way it could still go.
     const double way = std::max(h * std::abs(t.u_ref), 1e-9 * length_);
-    end = force = 0;
-    slope = t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
-    slope = std::max(slope, 1e-6 * t.stiffness);
-  } else if (slope < 1e-3 * t.stiffness) {
+    t.indentation = at.force = 0;
+    at.slope = t.mode == Mode::spring_secant ? t.normal_law.work(way) / (way * way) : t.normal_law.force(way) / way;
+    at.slope = std::max(at.slope, 1e-6 * t.stiffness);
+  } else if (t.indentation > 0 && at.slope < 1e-3 * t.stiffness) {
     // A level stretch of the law (crushing, or the hollow that it left) still needs a row: a hundredth of what the bodies' inertia gives, so that
     // round-off in it stays small.
-    slope = std::max(slope, std::min(t.stiffness, 0.01 / (h * h * normal_compliance(c))));
+    at.slope = std::max(at.slope, std::min(t.stiffness, 0.01 / (h * h * normal_compliance(c))));
   }
-  t.indentation = end;
-  c.compliance[0] = 1 / (lasts * h * slope + share * lasts * t.dashpot);
-  c.bias[0] = -c.compliance[0] * (lasts * force - lasts * slope * (t.gap_ref + end - h * t.u_ref) - (1 - share) * lasts * t.dashpot * t.approach);
+  const double share = t.mode == Mode::spring_secant ? 0.5 : 1;   // of the dashpot's velocity that is the end's
+  const double lasts = lasts_at_structure(t, h);
+  c.compliance[0] = 1 / (lasts * h * at.slope + share * lasts * t.dashpot);
+  c.bias[0] = -c.compliance[0] * (lasts * at.force - lasts * at.slope * (t.gap_ref + t.indentation - h * t.u_ref) - (1 - share) * lasts * t.dashpot * t.approach);
+}
+
+/// What an impulse of such a contact lasts for: from half step to half step, as the structure's own forces do [s].
+double IslandStepper::lasts_at_structure(const Touch& t, double h) const { return t.mode == Mode::spring_secant ? between_half_steps(t, h) : h; }
+
+/// Force and tangent of such a contact's law over the step, where it ends at the touch's indentation.
+IslandStepper::Tangent IslandStepper::tangent_at_structure(const Touch& t, double h) const {
+  const double end = t.indentation, before = -t.at.gap + length_before(t, h) * t.approach;   // the latter: at the start of the last step
+  Tangent at;
+  if (t.mode == Mode::spring_end) {
+    at.force = t.normal_law.force(std::max(end, 0.0));
+    at.slope = t.normal_law.slope(end);
+    at.follows_law = end > 0;
+    return at;
+  }
+  at.force = t.normal_law.secant(before, end, at.slope);
+  at.follows_law = end > 0 || before > 0;
+  if (end <= 0 && before > 0) {
+    // It comes out on the way from where it was a step ago, and gives back what it held there: no more than the books of the half step in between leave it.
+    at.force = std::min(at.force, 2 * std::max(0.0, t.stored - t.sheared) / (before - end));
+    at.slope = std::max(at.force / (before - end), 1e-6 * t.stiffness);
+  }
+  return at;
+}
+
+/// Whether the impulse of such a contact is its law's at the indentation reached, to `allowed` of it.
+bool IslandStepper::follows_law(const Touch& t, double h, double allowed) const {
+  const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
+  const double u = t.u_ref - (t.indentation + t.gap_ref) / h;   // at the end [m/s]
+  const Tangent at = tangent_at_structure(t, h);
+  const double damped = t.dashpot * (t.mode == Mode::spring_secant ? 0.5 * (t.approach + u) : u);
+  const double asked = std::max(0.0, lasts_at_structure(t, h) * ((at.follows_law ? at.force : 0.0) - damped));
+  return std::abs(c.impulse[0] - asked) <= allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * length_);
 }
 
 /// Shear spring by the same rule as the normal one; `moved` (frame) is what its ends move apart where the velocity is u_ref. At a point of a structure

@@ -226,6 +226,7 @@ void IslandStepper::look(std::size_t i) {
   touches_of_[i].clear();
   left_out_[i] = std::numeric_limits<double>::infinity();
   if (far_apart(model_, state_, pair, margin)) return;
+  const Tilts tilts = [this](const Touch& t) { return condensed_ || !part_resolved(t); };
   if (condensed_ || followed_ < 0 || !PairWatch::serves(model_, env_, pair)) {
     watches_[i].forget();
     // Rows are made for what is closed; what closes within the step of events is found by the time of impact. A scan that slides has hundreds of corners within
@@ -233,11 +234,11 @@ void IslandStepper::look(std::size_t i) {
     constexpr double corrected = 2e-3;   // of the block size: twice as far as the correction of drift looks (island_project.cpp)
     const double near = corrected * length_ + env_.bond_stretch;
     const bool ground = event_driven() && near < margin && rigid_ground(model_, env_, pair);
-    find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], condensed_);
+    find_touches(model_, state_, env_, pair, ground ? near : margin, history_, touches_of_[i], tilts);
     if (ground) {
       left_out_[i] = near;
       if (touches_of_[i].empty()) {
-        find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], condensed_);
+        find_touches(model_, state_, env_, pair, margin, history_, touches_of_[i], tilts);
         keep_nearest(touches_of_[i]);
       }
     }

@@ -270,7 +270,7 @@ void make_touches(const dda::Model& m, const dda::State& s, const Environment& e
 }
 
 void find_touches(const dda::Model& m, const dda::State& s, const Environment& env, const CandidatePair& pair,
-                  double margin, const ContactHistory& history, std::vector<Touch>& out, bool tilts) {
+                  double margin, const ContactHistory& history, std::vector<Touch>& out, const Tilts& tilts) {
   if (presses_on_bed(m, env, pair) && !glued_elsewhere(history[static_cast<std::size_t>(pair.b)], pair.a.id())) {
     const std::size_t first = out.size();
     const auto kb = static_cast<std::size_t>(pair.b);

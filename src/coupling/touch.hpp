@@ -11,6 +11,7 @@
 ///   bilateral       fixed point: u^+ = -drift                                            1/2
 #pragma once
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -130,9 +131,12 @@ void find_points(const dda::Model&, const dda::State&, const Environment&, const
 void make_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, std::span<const FoundPoint> points,
                   const ContactHistory&, std::vector<Touch>& out);
 
-/// Appends all touches of the pair with gap <= margin at the present state. `tilts`: parts of a bed stand on four points each (touch_bed.hpp).
+/// Whether a part of a bed stands on four points (touch_bed.hpp), by the one that it would stand on.
+using Tilts = std::function<bool(const Touch&)>;
+
+/// Appends all touches of the pair with gap <= margin at the present state. `tilts`: none where empty.
 void find_touches(const dda::Model&, const dda::State&, const Environment&, const CandidatePair&, double margin,
-                  const ContactHistory&, std::vector<Touch>& out, bool tilts = false);
+                  const ContactHistory&, std::vector<Touch>& out, const Tilts& tilts = {});
 
 /// Two structures that may touch: the nodes of b's skin against the faces of a's.
 struct SurfacePair {

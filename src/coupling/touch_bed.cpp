@@ -245,7 +245,7 @@ void add_point(const ContactMemory& point, ContactMemory& part) {
 }
 
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
-              const std::vector<ContactMemory>& memory, bool tilts, std::vector<Touch>& out) {
+              const std::vector<ContactMemory>& memory, const Tilts& tilts, std::vector<Touch>& out) {
   thread_local std::vector<contact::Footprint> parts;
   parts.clear();
   const bool crushes = law.kind == ContactLaw::Kind::crushing;
@@ -269,7 +269,7 @@ void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, c
       const auto past = recall(memory, pair.a.id(), t.at.key, 1);
       if (!past.empty()) go_on_from(past.front(), t);
       if (&part == &face.parts.front()) t.craters = face.craters;
-      if (tilts && part.deepest > 0) stand_on_points(skin, t, part, face, face.limit, out);
+      if (part.deepest > 0 && tilts && tilts(t)) stand_on_points(skin, t, part, face, face.limit, out);
       else out.push_back(std::move(t));
     }
 }

@@ -5,7 +5,7 @@
 /// face found deep inside at once, over more than the block can have covered in a step, starts unloaded.
 ///
 /// Where asked to (`tilts`) a part that presses stands on four points about its centre of pressure, each with a quarter of its columns, as far apart that tilting the
-/// part meets the stiffness of its columns: a step of the implicit rule that knew only of the force at the centre would feed what tilts, skin or block. They are remembered as one.
+/// part meets the stiffness of its columns: a step that knew only of the force at the centre would feed what tilts, skin or block, unless it resolves that. They are remembered as one.
 #pragma once
 #include "coupling/touch.hpp"
 
@@ -19,7 +19,7 @@ bool is_crater(const ContactMemory& memory);
 
 /// Appends the touches of a pair; `memory` is block B's. Approach and dashpots are left to the caller.
 void find_bed(const TriangleSurface& skin, const contact::SurfaceIndex& index, const CandidatePair& pair, const ContactLaw& law, const Polyhedron& shape, const Pose& pose, double margin,
-              const std::vector<ContactMemory>& memory, bool tilts, std::vector<Touch>& out);
+              const std::vector<ContactMemory>& memory, const Tilts& tilts, std::vector<Touch>& out);
 
 /// Adds what one of the points of a part remembers to what the others do.
 void add_point(const ContactMemory& point, ContactMemory& part);
