@@ -3,7 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 build=$1
-for suite in dda fem coupling stability; do
+for suite in dda fem coupling stability invariants; do
   form=()
   case $suite in coupling | stability) form=(--quick) ;; esac
   out=$build/verify-$suite

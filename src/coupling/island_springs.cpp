@@ -7,6 +7,7 @@
 // By accuracy, a spring that carries more motion than the accuracy allows to lose is resolved; one at rest is not.
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "coupling/island_body.hpp"
@@ -110,8 +111,10 @@ void IslandStepper::weigh_springs() {
       const double a_n = t.at.normal.dot(acceleration(b, t.at.point_b) - acceleration(a, t.at.point_a));
       amplitude_sq += a_n * a_n / t.rate_sq;
     }
-    t.swing_speed = std::sqrt(amplitude_sq);
-    t.energetic = t.swing_speed > quiet;
+    t.energetic = amplitude_sq > quiet * quiet;
+    // What crushes swings back by what it can hold, no farther.
+    const double held = t.normal_law.limit > 0 ? 0.5 * std::sqrt(t.rate_sq) * t.normal_law.limit / t.normal_law.stiffness : std::numeric_limits<double>::infinity();
+    t.swing_speed = std::min(std::sqrt(amplitude_sq), held);
   }
 }
 
