@@ -109,7 +109,7 @@ class ContactSolver {
 /// Exact-Coulomb (natural map) residual of a candidate solution, max over contacts, in m/s. For tests and reports.
 ///   w_i |p_i - P_C(p_i - (u_i + shift) / w_i)|,   w_i = trace(J_i A^-1 J_i^T + R_i) / 3,
 /// and |J_i (v - v_hat - A^-1 J^T p)|; less the round-off, 16 machine epsilons of the largest w |p| at the touched
-/// bodies (at most 1e-7 m/s).
+/// bodies.
 double coulomb_residual(const ContactProblem& problem, bool exact_coulomb);
 
 }  // namespace talus::contact

@@ -95,7 +95,11 @@ bool solve_in_parts(Search& search, std::vector<Touch>& every, std::vector<Vec3>
     in_ranges(nc, contacts_at_once, [&](int from, int to) { std::copy(every.begin() + from, every.begin() + to, system.touch.begin() + from); });
     system.list();
     search.best_p = every_p;
-    search.best = system.residual(search.best_v, every_p);
+    for (int i = 0; i < nc; ++i) {
+      const Touch& t = every[i];
+      if (chosen[i] || system.open_still(t, Vec3::Zero(), search.best_v.data())) continue;
+      search.best = larger(search.best, natural_residual(t.law, system.relative(t, search.best_v.data()) + t.bias, Vec3::Zero(), t.scale(), 0));
+    }
     const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
     const double taken = done ? std::max(sufficient, settings.stalled * settings.velocity_scale) : sufficient;
     if (whole || search.best <= taken) return search.best <= taken;
@@ -151,6 +155,7 @@ SolveReport ContactSolver::solve(ContactProblem& problem, const SolveSettings& s
   const int nc = system.contacts();
   const double tolerance = settings.tolerance * settings.velocity_scale;
   const double sufficient = std::max(settings.tolerance, settings.sufficient) * settings.velocity_scale;
+  system.most_excused = tolerance;
   start_from(problem, system, search.p);
   system.velocities(search.p, search.v);
   search.start();
@@ -192,21 +197,21 @@ double coulomb_residual(const ContactProblem& problem, bool exact_coulomb) {
   system.assemble(problem, exact_coulomb);
   std::vector<Vec3> p(system.touch.size());
   for (std::size_t i = 0; i < p.size(); ++i) p[i] = problem.contacts[system.touch[i].id].impulse;
-  std::vector<double> v;
+  std::vector<double> v, reach;
   system.velocities(p, v);
-  double worst = system.residual(v, p);
-  // The velocities given must be those of the impulses: measured as contact velocities.
-  std::vector<double> reach;
   system.impulse_reach(p, reach);
-  for (const Touch& t : system.touch) {
+  double worst = 0;
+  for (std::size_t i = 0; i < p.size(); ++i) {
+    const Touch& t = system.touch[i];
     const ProblemContact& contact = problem.contacts[t.id];
     Vec3 u = contact.bias;
     for (int k = contact.first_term; k < contact.first_term + contact.terms; ++k) {
       const ProblemBody& body = problem.bodies[problem.terms[k].body];
       for (int j = 0; j < body.ndof; ++j) u += Eigen::Map<const Vec3>(problem.jacobians.data() + problem.terms[k].jacobian + 3 * j) * problem.v[body.offset + j];
     }
-    const double gap = (u - t.bias - system.relative(t, v.data())).norm() - system.round_off(t, reach);
-    worst = larger(worst, gap);
+    const double round_off = system.round_off(t, reach);
+    worst = larger(worst, natural_residual(t.law, u + t.compliance.cwiseProduct(p[i]), p[i], t.scale(), round_off));
+    worst = larger(worst, (u - t.bias - system.relative(t, v.data())).norm() - round_off);
   }
   return worst;
 }

@@ -150,10 +150,8 @@ inline double natural_residual(const Law& law, const Vec3& u_total, const Vec3& 
   Vec3 u = u_total, q;
   u.x() += extra_shift + (law.exact ? law.mu * length(u.y(), u.z()) : 0.0);
   project(cone, p - Vec3(u.x() / w.normal, u.y() / w.tangential, u.z() / w.tangential), 1, w.tangential / w.normal, q, nullptr);
-  double r = w.length(p - q);
-  // Beyond this p swallows u / w in the difference and nothing can be said.
-  const double swallowed = 2.220446049250313e-16 * w.length(p);
-  if (swallowed > 1e-7) r = std::max(r, swallowed);
+  // Below its last digit p swallows u / w in the difference, of which nothing can be said.
+  const double r = std::max(w.length(p - q), std::numeric_limits<double>::epsilon() * w.length(p));
   return r <= round_off ? 0.0 : r - round_off;
 }
 

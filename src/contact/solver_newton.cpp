@@ -17,6 +17,15 @@ inline Proximal proximal(const Touch& t, double epsilon) {
   return q;
 }
 
+/// What the proximal compliance is to be multiplied with. An eigenvalue lambda of the Delassus matrix leaves q = rho / (rho + lambda) of an error of the multipliers: by the
+/// rate q of the slowest, rho is made a `wanted` rate's, however light the bodies between which loads are borne (lambda / w is their ratio of masses).
+double closer(double rate) {
+  constexpr double wanted = 0.1, most_at_once = 1e-3;
+  return std::clamp((1 - rate) / rate * wanted / (1 - wanted), most_at_once, 0.1);
+}
+
+constexpr double least_epsilon = 1e-13;   // beyond, round-off of the held directions is as large as the masses in those that are free
+
 }  // namespace
 
 void Newton::evaluate(const System& system, const std::vector<Vec3>& multiplier, double epsilon, bool convex, Point& point,
@@ -121,48 +130,61 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   double factored_epsilon = 0;
   evaluate(system, multiplier_, epsilon, options.convex, here_, true);
   int failures = 0, halved = 0;
+  bool moved = false;   // the multipliers, and no step since
   while (true) {
-    // The candidate: the impulses p(v), with the velocities that follow from them.
+    // Two candidates: the impulses p(v) with the velocities that follow from them, and, where the balance of momentum is met to round-off, with v itself.
     candidate_.resize(system.n);
     for (int k = 0; k < system.n; ++k) candidate_[k] = here_.v[k] - here_.difference[k];
-    double inner = 0, outer = 0, residual = 0;
+    double inner = 0, outer = 0, law_off = 0, residual = 0;
     system.impulse_reach(here_.p, reach_);
     of_contact_.resize(nc);
     in_ranges(nc, contacts_at_once, [&](int from, int to) {
       for (int i = from; i < to; ++i) {
         const Touch& t = system.touch[i];
-        of_contact_[i].setZero();
+        of_contact_[i] = {};
         if (!(t.w > 0)) continue;
         const Vec3 u = system.relative(t, candidate_.data()) + t.bias;
         Law law = t.law;
         if (options.convex) law.exact = false;
-        of_contact_[i] = {(u - here_.u[i]).cwiseAbs().maxCoeff(), proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]).cwiseAbs().maxCoeff(),
-                          natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(), system.round_off(t, reach_), options.convex ? t.shift : 0.0)};
+        const Vec3 off = proximal(t, epsilon).rho.cwiseProduct(here_.p[i] - multiplier_[i]);
+        const double along = length(off.y(), off.z());
+        of_contact_[i] = {std::max(0.0, (u - here_.u[i]).norm() - system.round_off(t, reach_)), off.cwiseAbs().maxCoeff(), length(std::abs(off.x()) + law.mu * along, along),
+                          natural_residual(law, u + t.compliance.cwiseProduct(here_.p[i]), here_.p[i], t.scale(), system.excuse(t, reach_), options.convex ? t.shift : 0.0)};
       }
     });
-    for (const Vec3& of : of_contact_) {
-      inner = std::max(inner, of.x());
-      outer = std::max(outer, of.y());
-      residual = larger(residual, of.z());
+    for (const OfContact& of : of_contact_) {
+      inner = std::max(inner, of.inner);
+      outer = std::max(outer, of.outer);
+      law_off = std::max(law_off, of.law);
+      residual = larger(residual, of.residual);
     }
-    if (residual < 0.5 * best) halved = outcome.newton;
+    const bool balanced = inner == 0 && !options.convex;
+    if (std::min(residual, balanced ? law_off : residual) < 0.5 * best) halved = outcome.newton;
     if (residual < best) {
       best = residual;
       best_p_ = here_.p;
+      best_v_ = candidate_;
+    }
+    if (balanced && law_off < best) {
+      best = law_off;
+      best_p_ = here_.p;
+      best_v_ = here_.v;
     }
     if (best <= options.sufficient && outcome.newton >= halved + 3) break;   // at round-off
     if (best <= options.tolerance || !std::isfinite(here_.merit)) break;
-    if (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance) {
+    if (!(moved && inner == 0) && (inner <= 0.1 * outer || inner <= 0.01 * options.tolerance)) {
       // Inner problem solved: move the multipliers. Slow outer progress asks for a smaller proximal term.
       if (++outcome.outer > options.max_outer) break;
-      if (outer > 0.2 * last_outer && epsilon > 1e-8) epsilon *= 0.1;
+      if (const double rate = outer / last_outer; rate > 0.2) epsilon = std::max(least_epsilon, epsilon * closer(rate));
       last_outer = outer;
       last_inner = INFINITY;
       multiplier_ = here_.p;
-      here_.v = candidate_;
+      if (inner > 0) here_.v = candidate_;
+      moved = true;
       evaluate(system, multiplier_, epsilon, options.convex, here_, true);
       continue;
     }
+    moved = false;
     const bool stale = !factored || factored_epsilon != epsilon || inner > 0.05 * last_inner || factored_state_ != here_.state;
     last_inner = inner;
     if (stale) {
@@ -184,7 +206,7 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
       there_.v.resize(system.n);
       for (int j = 0; j < system.n; ++j) there_.v[j] = here_.v[j] + a * step_[j];
       evaluate(system, multiplier_, epsilon, options.convex, there_, true);
-      if (options.convex || there_.merit <= (1 - 2e-4 * a) * merit) {
+      if (options.convex || inner == 0 || there_.merit <= (1 - 2e-4 * a) * merit) {
         accepted = true;
         break;
       }
@@ -196,7 +218,8 @@ NewtonOutcome Newton::run(const System& system, std::vector<Vec3>& p, std::vecto
   }
   outcome.residual = best;
   p = best_p_;
-  system.velocities(p, v);
+  if (std::isfinite(best)) v = best_v_;
+  else system.velocities(p, v);
   return outcome;
 }
 

@@ -52,7 +52,7 @@ double System::residual(const std::vector<double>& v, const std::vector<Vec3>& p
         continue;
       }
       const Vec3 u = relative(t, v.data()) + t.bias + t.compliance.cwiseProduct(p[i]);
-      of_contact_[i] = natural_residual(t.law, u, p[i], t.scale(), round_off(t, reach_));
+      of_contact_[i] = natural_residual(t.law, u, p[i], t.scale(), excuse(t, reach_));
     }
   });
   double worst = 0;

@@ -70,6 +70,7 @@ struct System {
   std::vector<double> v_hat;
   std::vector<double> held;                    // what M v leaves of the velocities: those of held directions
   int n = 0;                                   // active degrees of freedom
+  double most_excused = 0;                     // of the round-off of velocities that follow from impulses: the tolerance [m/s]
   // contacts
   std::vector<Touch> touch;
   std::vector<TouchTerm> terms;
@@ -102,13 +103,14 @@ struct System {
   void write(const std::vector<double>& v, ContactProblem& problem) const;
   /// Largest velocity w |p| that a contact's impulse makes, per body: its last digits are round-off. Into `reach`.
   void impulse_reach(const std::vector<Vec3>& p, std::vector<double>& reach) const;
-  /// Round-off of the contact velocity, 16 machine epsilons of the reach of the bodies it touches, at most 1e-7 m/s (impulses
-  /// that grow without bound in an infeasible problem are no excuse) [m/s].
+  /// Round-off of the contact velocity that follows from impulses, 16 machine epsilons of the reach of the bodies it touches [m/s].
   double round_off(const Touch& t, const std::vector<double>& reach) const {
     double largest = 0;
     for (int k = t.first; k < t.first + t.count; ++k) largest = std::max(largest, reach[terms[k].body]);
-    return std::min(1e-7, 16 * 2.220446049250313e-16 * largest);
+    return 16 * 2.220446049250313e-16 * largest;
   }
+  /// The part of it that a residual takes off.
+  double excuse(const Touch& t, const std::vector<double>& reach) const { return std::min(most_excused, round_off(t, reach)); }
   /// Largest natural-map residual over the contacts, exact Coulomb where the law says so [m/s].
   double residual(const std::vector<double>& v, const std::vector<Vec3>& p) const;
 

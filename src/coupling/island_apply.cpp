@@ -1,6 +1,7 @@
 // From impulses to positions and momenta.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "coupling/island_body.hpp"
 
@@ -90,14 +91,25 @@ void IslandStepper::apply(double h) {
     b.shift.setZero();
     b.along = Mat3::Identity();
     const std::size_t i = static_cast<std::size_t>(&b - bodies_.data());
+    // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all on a body follows from its velocity, and
+    // those that act by another theta than the first are told apart.
+    b.v_solved = b.free.velocity;
+    std::optional<double> theta;
+    Vec12 others = Vec12::Zero();
     for (std::size_t e = first_term_of_[i]; e < first_term_of_[i + 1]; ++e) {
       const auto row = static_cast<std::size_t>(terms_of_[e].contact);
       const Vec3& p = problem_.contacts[row].impulse;
       if (p == Vec3::Zero()) continue;
-      Vec12 g = Vec12::Zero();
-      g.head(b.ndof) = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>(problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3, b.ndof).transpose() * p;
-      b.impulse += g;
-      b.shift += (b.end_rule ? 1.0 : theta_of_[row]) * g;
+      const double own = b.end_rule ? 1.0 : theta_of_[row];
+      if (!theta) theta = own;
+      if (own == *theta) continue;
+      const Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>> jacobian(problem_.jacobians.data() + problem_.terms[static_cast<std::size_t>(terms_of_[e].term)].jacobian, 3, b.ndof);
+      others.head(b.ndof) += (own - *theta) * (jacobian.transpose() * p);
+    }
+    if (theta) {
+      b.v_solved.head(b.ndof) = Eigen::Map<const VecX>(problem_.v.data() + problem_.bodies[i].offset, b.ndof);
+      b.impulse.head(b.ndof) = b.free.mass.topLeftCorner(b.ndof, b.ndof) * (b.v_solved - b.free.velocity).head(b.ndof);
+      b.shift = *theta * b.impulse + others;
     }
   });
   if (sprung)
@@ -110,12 +122,10 @@ void IslandStepper::apply(double h) {
 void IslandStepper::move_body(Body& b, double h) {
   const auto k = static_cast<std::size_t>(b.block);
   const dda::FreeFlow& f = b.free;
-  b.v_solved = f.velocity;
   state_.c[k] = f.pose.c;
   state_.q[k] = f.q;
   state_.eps[k] = f.eps;
   if (!b.impulse.isZero(0)) {
-    b.v_solved.head(b.ndof) += f.inverse.topLeftCorner(b.ndof, b.ndof) * b.impulse.head(b.ndof);
     Vec12 d = Vec12::Zero();
     d.head(b.ndof) = h * (f.inverse.topLeftCorner(b.ndof, b.ndof) * b.shift.head(b.ndof));
     state_.c[k] += d.head<3>();

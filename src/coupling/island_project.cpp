@@ -9,21 +9,21 @@
 
 namespace talus::coupling {
 
-/// Of each body, what its spin gives back for the motion that was solved for.
+/// Clusters that nothing fixed holds keep their centre of mass; of each body, what its spin gives back for its way.
 std::vector<Vec3> IslandStepper::moments_of_way() {
   std::vector<MovedBody> moved(bodies_.size());
+  std::vector<MovedPair> pairs;
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto k = static_cast<std::size_t>(bodies_[i].block);
-    moved[i] = {model_.blocks[k].mass, model_.blocks[k].inertia.trace(), Eigen::Map<const Vec3>(problem_.v.data() + problem_.bodies[i].offset), state_.v[k]};
+    moved[i] = {model_.blocks[k].mass, !model_.blocks[k].fixed_points.empty(), Eigen::Map<const Vec3>(problem_.v.data() + problem_.bodies[i].offset), state_.v[k]};
   }
-  std::vector<MovedPair> of_row(problem_.contacts.size(), MovedPair{-1, -1});
-  each_touch([&](const Touch& t) {
-    if (t.row < 0 || t.a.kind != Partner::Kind::block || local_[static_cast<std::size_t>(t.a.index)] < 0) return;
-    const auto row = static_cast<std::size_t>(t.row);
-    of_row[row] = {local_[static_cast<std::size_t>(t.a.index)], local_[static_cast<std::size_t>(t.b)], t.frame * problem_.contacts[row].impulse};
-  });
-  std::erase_if(of_row, [](const MovedPair& p) { return p.a < 0; });
-  return moved_moments(moved, of_row);
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || problem_.contacts[static_cast<std::size_t>(t.row)].impulse.isZero(0)) continue;
+    pairs.push_back({t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, local_[static_cast<std::size_t>(t.b)]});
+  }
+  const std::vector<Vec3> moments = keep_momenta(moved, pairs);
+  for (std::size_t i = 0; i < bodies_.size(); ++i) Eigen::Map<Vec3>(problem_.v.data() + problem_.bodies[i].offset) = moved[i].way;
+  return moments;
 }
 
 /// The largest depth that the motion of the step can explain, of pairs of blocks with a hollow: by partner and block [m].
@@ -39,11 +39,10 @@ std::map<std::pair<std::uint64_t, int>, double> IslandStepper::deepest_by_motion
 }
 
 double IslandStepper::project(double h) {
-  // min 1/2 d^T M d  subject to  g + J d >= 0 on every hard touch near enough to matter, x + J d = place of every fixed point; no friction, no velocity.
-  double thinnest = length_, far = 0, mass = 0;
+  // min 1/2 d^T (M/m) d  subject to  g + J d >= 0 on every hard touch near enough to matter, x + J d = place of every fixed point; no friction, no velocity.
+  double thinnest = length_, far = 0;
   for (const Body& b : bodies_) {
     const auto k = static_cast<std::size_t>(b.block);
-    mass += model_.blocks[k].mass;
     thinnest = std::min(thinnest, 2 * model_.blocks[k].shape->inradius);
     far = std::max(far, state_.c[k].cwiseAbs().maxCoeff() + model_.blocks[k].shape->radius);
   }
@@ -100,6 +99,11 @@ double IslandStepper::project(double h) {
       b.ndof = 12;
       dda::impulse_mass(model_, state_, b.block, false, b.free.mass, b.free.inverse);
     }
+    for (Body& b : bodies_) {
+      const double mass = model_.blocks[static_cast<std::size_t>(b.block)].mass;
+      b.free.mass /= mass;
+      b.free.inverse *= mass;
+    }
     begin_rows();
     const double within = near();
     taken.assign(touches_.size(), 0);
@@ -122,7 +126,7 @@ double IslandStepper::project(double h) {
       c.impulse.setZero();
     });
     std::size_t held = problem_.contacts.size();
-    add_held_rows(problem_, model_, bodies_, 0, 1e6 * mass * std::max(deepest, drifted));
+    add_held_rows(problem_, model_, bodies_, 0, 1e6 * std::max(deepest, drifted));
     each_drift(model_, state_, bodies_, [&](const Vec3& drift) { problem_.contacts[held++].bias = drift; });
     finish_bodies();
     std::fill(problem_.v_hat.begin(), problem_.v_hat.end(), 0.0);

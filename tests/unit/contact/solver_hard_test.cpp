@@ -145,5 +145,37 @@ TEST(ContactSolverHard, RestitutionOfManyTouches) {
   EXPECT_LE(missed, 1);
 }
 
+/// A cube of 1 m that comes down at 1 m/s aside of its centre on one of side 1 / ratio, which lies on the ground.
+Builder boulder_on_pebble(double ratio, double friction) {
+  const double side = 1 / ratio;
+  Builder b;
+  b.box(Vec3(0.3, 0, side + 0.5), Vec3::Ones(), 2500, -Z);
+  b.box(Vec3(0, 0, 0.5 * side), Vec3::Constant(side), 2500, Vec3::Zero());
+  for (const double x : {-0.5, 0.5})
+    for (const double y : {-0.5, 0.5}) {
+      b.touch(1, 0, Vec3(x * side, y * side, side), Z, friction);
+      b.touch(-1, 1, Vec3(x * side, y * side, 0), Z, friction);
+    }
+  return b;
+}
+
+TEST(ContactSolverHard, PebblesBearBoulders) {
+  // The pebble stays, to 16 last digits of what it bears where nothing holds it; the boulder turns about the pebble's edge, at b aside of its centre:
+  // without friction v = -b^2/(b^2 + k^2), k^2 = 1/6.
+  for (const double ratio : {1e1, 1e2, 1e3})
+    for (const double friction : {0.0, 0.5}) {
+      Builder b = boulder_on_pebble(ratio, friction);
+      ContactSolver solver;
+      SolveSettings settings;
+      settings.tolerance = 1e-11;
+      settings.sufficient = 1e-9;
+      const SolveReport report = solver.solve(b.problem, settings);
+      EXPECT_TRUE(report.converged) << ratio << " " << report.residual;
+      const double lever = 0.3 - 0.5 / ratio, expected = friction > 0 ? 0 : -lever * lever / (lever * lever + 1.0 / 6);
+      EXPECT_LE(b.velocity(1).norm(), friction > 0 ? 2e-9 : std::max(2e-9, 16 * 2.2e-16 * std::pow(ratio, 3))) << ratio;
+      if (friction == 0) { EXPECT_NEAR(b.velocity(0).z(), expected, 1e-9) << ratio; }
+    }
+}
+
 }  // namespace
 }  // namespace talus::contact::testing
