@@ -25,7 +25,7 @@ double IslandStepper::slow_speed() const {
 }
 
 /// Normal speed that is none by the error of a step, v_o = eta / (4 t_c) with t_c = L / V, V the island's speed:
-/// accuracy^(3/2) V / 4 (docs/theory/contact.md, 2) [m/s].
+/// accuracy^(3/2) V / 4 (docs/theory/contact.md, 3) [m/s].
 double IslandStepper::speed_of_none() const {
   return 0.25 * settings_.accuracy * std::sqrt(settings_.accuracy) * speed_;
 }
