@@ -1,4 +1,4 @@
-// G1 to G7: what holds for any number of blocks and at any output interval.
+// G1 to G7, G9 to G11: what holds for any number of blocks and at any output interval.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -183,6 +183,81 @@ void drilling(CaseRun& c) {
   c.absolute("spin after 0.2 s [rad/s]", "w_0 - mu_d R g t / (J / m)", w0 - mu * radius * g * duration / inertia_over_mass, o.last().spin[0].z(), 1e-6 * w0);
 }
 
+/// Boxes that fall, turn and bounce, as a scene in any frame: turned by `turn`, shifted by `shift`, mirrored in y.
+Outcome tumble(CaseRun& c, int n, const Mat3& turn, const Vec3& shift, bool mirrored) {
+  const Vec3 size_of(0.6, 0.8, 1);
+  const auto polar = [&](const Vec3& x) { return Vec3(turn * (mirrored ? Vec3(x.x(), -x.y(), x.z()) : x)); };
+  const auto axial = [&](const Vec3& w) { return Vec3(turn * (mirrored ? Vec3(-w.x(), w.y(), -w.z()) : w)); };
+  SceneText s(Method::by_accuracy(accuracy), 0.6, polar(Vec3(0, 0, -g)));
+  s.material("rock", 2600).interface("rock", "ground", 0.4, "normal_stiffness = \"hard\"\nrestitution = 0.5").interface("rock", "rock", 0.4);
+  s.plane(polar(Vec3::UnitZ()), shift);
+  for (int k = 0; k < n; ++k) {
+    const Vec3 lean(0.3, 0.2, 0.1);
+    const Mat3 axes = Eigen::AngleAxisd(lean.norm(), (mirrored ? Vec3(-lean.x(), lean.y(), -lean.z()) : lean).normalized()).toRotationMatrix();
+    s.box(fmt::format("B{}", k), size_of, polar(place(k, n, 1.5, 1)) + shift, turned(rotation_vector(turn * axes)) + velocity(polar(Vec3(1, 0.5, 0))) + spin(axial(Vec3(0.5, 1, 0.2))));
+  }
+  return c.run(s.str());
+}
+
+void frames(CaseRun& c) {
+  c.method(Method::by_accuracy(accuracy));
+  const Mat3 turn = Eigen::AngleAxisd(1, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  const Vec3 far(1e6, -1e6, 1e3);
+  for (const int n : numbers(c)) {
+    if (n > 130) continue;
+    c.reset();
+    const Outcome base = tumble(c, n, Mat3::Identity(), Vec3::Zero(), false);
+    const auto off = [&](const Outcome& o, auto&& back) {
+      double most = 0;
+      for (std::size_t b = 0; b < base.last().position.size(); ++b) most = std::max(most, (back(o.last().position[b]) - base.last().position[b]).norm());
+      return most;
+    };
+    const Outcome whirled = tumble(c, n, turn, Vec3::Zero(), false), shifted = tumble(c, n, Mat3::Identity(), far, false), mirrored = tumble(c, n, Mat3::Identity(), Vec3::Zero(), true);
+    c.absolute(fmt::format("turned scene off [m], {} boxes", n), "frame", 0, off(whirled, [&](const Vec3& x) { return Vec3(turn.transpose() * x); }), 1e-9);
+    c.absolute(fmt::format("mirrored scene off [m], {} boxes", n), "frame", 0, off(mirrored, [](const Vec3& x) { return Vec3(x.x(), -x.y(), x.z()); }), 1e-9);
+    c.absolute(fmt::format("scene shifted by 1.4e6 m off [m], {} boxes", n), "frame", 0, off(shifted, [&](const Vec3& x) { return Vec3(x - far); }), 1e-6);
+  }
+}
+
+/// A pebble of 0.1 mm that lies in front of, on, or beside a cube that slides to a stop: it changes nothing that matters.
+void pebble(CaseRun& c) {
+  const double mu = 0.3, v = 3, grain = 1e-4, goes = v * v / (2 * mu * g);
+  c.method(Method::by_accuracy(accuracy));
+  for (const auto& [where, at] : {std::pair("beside", Vec3(0.5, 0.51, 0.5 * grain)), std::pair("on top", Vec3(0.1, 0.2, 1 + 0.5 * grain)), std::pair("far away", Vec3(-50, 20, 0.5 * grain))}) {
+    c.reset();
+    SceneText s(Method::by_accuracy(accuracy), 2);
+    s.material("rock", 2600).interface("rock", "ground", mu).interface("rock", "rock", 0.6).plane(Vec3::UnitZ());
+    s.box("B", Vec3::Ones() * size, Vec3(0, 0, 0.5), velocity(Vec3(v, 0, 0)));
+    s.box("pebble", Vec3::Ones() * grain, at, std::string(where) == "on top" ? velocity(Vec3(v, 0, 0)) : std::string());
+    const Outcome o = c.run(s.str());
+    c.absolute(fmt::format("path off [m], a pebble {}", where), "closed form", goes, o.ok() ? o.last().position[0].x() : NAN, accuracy * size);
+  }
+}
+
+/// Cubes in a row on a slope by 0.005 degrees too steep, and too flat.
+void almost_too_steep(CaseRun& c) {
+  const double limit = 20 * deg, mu = std::tan(limit);
+  c.method(Method::by_accuracy(accuracy));
+  for (const double over : {0.005 * deg, -0.005 * deg})
+    for (const int n : numbers(c)) {
+      c.reset();
+      const Mat3 axes = slope_axes(limit + over);
+      SceneText s(Method::by_accuracy(accuracy), 1);
+      s.material("rock", 2600).interface("rock", "ground", mu).interface("rock", "rock", 0.6).plane(axes.col(2));
+      for (int k = 0; k < n; ++k) s.box(fmt::format("B{}", k), Vec3::Ones() * size, size * (k * axes.col(0) + 0.5 * axes.col(2)), turned(Vec3(0, limit + over, 0)));
+      const Outcome o = c.run(s.str());
+      const double expected = over > 0 ? 0.5 * g * (std::sin(limit + over) - mu * std::cos(limit + over)) : 0;
+      double least = INFINITY, most = -INFINITY;
+      for (std::size_t b = 0; b < o.last().position.size(); ++b) {
+        const double way = axes.col(0).dot(o.last().position[b] - o.rows.front().position[b]);
+        least = std::min(least, way), most = std::max(most, way);
+      }
+      const double worst = std::abs(most - expected) > std::abs(least - expected) ? most : least;
+      if (over > 0) c.relative(fmt::format("path in 1 s [m], 0.005 deg too steep, {} cubes", n), "closed form", expected, worst, 1e-2);
+      else c.absolute(fmt::format("path in 1 s [m], 0.005 deg too flat, {} cubes", n), "stands", 0, worst, 1e-9);
+    }
+}
+
 }  // namespace
 
 std::vector<Case> invariant_cases() {
@@ -193,7 +268,10 @@ std::vector<Case> invariant_cases() {
           {suite, "G4", "momenta of a free cluster", "Newton", true, free_cluster},
           {suite, "G5", "a pile on a smooth floor keeps its speed", "Newton", true, smooth_floor},
           {suite, "G6", "an elastic heap makes no energy", "energy", true, elastic_heap},
-          {suite, "G7", "drilling resistance stops a spin", coulomb, true, drilling}};
+          {suite, "G7", "drilling resistance stops a spin", coulomb, true, drilling},
+          {suite, "G9", "boxes that tumble, in any frame", "Newton", true, frames},
+          {suite, "G10", "a pebble of 0.1 mm anywhere", coulomb, true, pebble},
+          {suite, "G11", "slopes almost too steep", coulomb, true, almost_too_steep}};
 }
 
 }  // namespace talus::verify
