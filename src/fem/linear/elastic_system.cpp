@@ -86,8 +86,9 @@ LinearSolver& ElasticSystem::multigrid() {
       if (const int d = p_.dofs.number[i][c]; d >= 0)
         position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
   const bool divided = p_.partition && !p_.partition->holds_all();
-  multigrid_ = make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position,
-                              direction, divided ? std::vector<int>{} : body, divided ? &shared_dofs() : nullptr);
+  multigrid_ =
+      make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position, direction,
+                     divided ? std::vector<int>{} : body, divided ? &shared_dofs() : nullptr);
   return *multigrid_;
 }
 
@@ -190,10 +191,10 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
           if (d >= 0 && !owns(static_cast<int>(i))) to[d] = 0;
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
-    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse,
-                                       Eigen::Map<const VecX>(x.data(), n), 1e-6,
-                                       divided ? [this](std::span<double> values) { p_.partition->sum(values); }
-                                               : std::function<void(std::span<double>)>{}));
+    return std::sqrt(lowest_eigenvalue(
+        Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6,
+        divided ? [this](std::span<double> values) { p_.partition->sum(values); }
+                : std::function<void(std::span<double>)>{}));
   }
   constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
   double omega_sq = 0;

@@ -305,6 +305,8 @@ void FemStructure::save(std::vector<double>& state, bool here) const {
     double* to = state.data() + state.size() - static_cast<std::size_t>(width) * mass_.size();
     for (int n = 0; n < static_cast<int>(mass_.size()); ++n, to += width) write(n, to);
   };
+  const std::size_t nodes_in_all = gathers ? partition_->nodes_in_all() : mass_.size(), cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
+  state.reserve(state.size() + 10 * nodes_in_all + cells_in_all);   // most of it: else twice as much is asked for on the way
   share_bars();
   state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, steps_taken_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
@@ -455,6 +457,10 @@ Structure::Snapshot FemStructure::snapshot() const {
     *to = damage_ ? damage_->crack_width(cell, u_.data()) : 0.0;
   };
   Snapshot s;
+  const std::size_t nodes = partition_ ? partition_->nodes_in_all() : mass_.size(), cells = partition_ ? partition_->cells_in_all() : live_.size();
+  for (std::vector<Vec3>* list : {&s.nodes, &s.displacement, &s.velocity}) list->reserve(nodes);
+  for (std::vector<double>* list : {&s.stress_von_mises, &s.damage_tension, &s.damage_compression, &s.crack_width}) list->reserve(cells);
+  s.hexes.reserve(cells);
   const auto take_node = [&](const double* from) {
     s.nodes.emplace_back(from);
     s.displacement.emplace_back(from + 3);
