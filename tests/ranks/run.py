@@ -184,7 +184,7 @@ def same_cracks_and_resume_in_parts():
     assert process.returncode == 143 and "its memory too" in out, f"{process.returncode}\n{out}\n{err}"
     run(scene, WORK / "cracking2", 3, "--resume")
     sums_only(differences(WORK / "cracking1", WORK / "cracking2"))
-    run(scene, WORK / "crackingwhole", 2)
+    run(scene, WORK / "crackingwhole", 4)   # some of which have no cracks
     sums_only(differences(WORK / "cracking1", WORK / "crackingwhole"))
     with h5py.File(WORK / "crackingwhole" / "results.h5") as results:
         assert results["history/structures/pier/damaged_volume"][-1] > 0.01
