@@ -264,7 +264,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       for (const int q : island.structures) {
         const auto k = static_cast<std::size_t>(q);
         if (p.structure_used[k] != 0) {
-          env_.structures[k].structure->restore(structures_before[k]);
+          restore_here(*env_.structures[k].structure, structures_before[k]);
           bring_up_to_date(env_.structures[k]);
           state_.surface_contacts[k] = before.surface_contacts[k];
         } else {
