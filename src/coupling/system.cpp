@@ -17,6 +17,7 @@
 #include "core/error.hpp"
 #include "core/multiples.hpp"
 #include "core/ranks.hpp"
+#include "contact/divided.hpp"
 #include "coupling/ground_laws.hpp"
 
 namespace talus::coupling {
@@ -164,6 +165,16 @@ struct SkinBefore {
 };
 
 /// Farthest that a vertex of the skin is from where it was; of one that has lost cells since, unknown and none [m].
+/// What a step that fails goes back to: of a structure that several processes hold, this one's part.
+void save_here(const Structure& structure, std::vector<double>& state) {
+  if (const auto* divided = dynamic_cast<const DividedStructure*>(&structure)) divided->save_here(state);
+  else structure.save(state);
+}
+void restore_here(Structure& structure, std::span<const double> state) {
+  if (auto* divided = dynamic_cast<DividedStructure*>(&structure)) divided->restore_here(state);
+  else structure.restore(state);
+}
+
 double farthest(const SkinBefore& before, const StructurePart& part) {
   if (before.vertices.empty()) return 0;
   const TriangleSurface& now = part.structure->surface();
@@ -186,7 +197,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   std::vector<SkinBefore> skins_before(env_.structures.size());
   const auto keep_structure = [&](std::size_t q) {
-    env_.structures[q].structure->save(structures_before[q]);
+    save_here(*env_.structures[q].structure, structures_before[q]);
     if (!env_.structures[q].fixed_surface) skins_before[q] = {env_.structures[q].structure->surface().revision, env_.structures[q].structure->surface().vertices};
   };
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
@@ -253,7 +264,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
       for (const int q : island.structures) {
         const auto k = static_cast<std::size_t>(q);
         if (p.structure_used[k] != 0) {
-          env_.structures[k].structure->restore(structures_before[k]);
+          restore_here(*env_.structures[k].structure, structures_before[k]);
           bring_up_to_date(env_.structures[k]);
           state_.surface_contacts[k] = before.surface_contacts[k];
         } else {
@@ -288,7 +299,7 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     state_ = before;
     for (std::size_t q = 0; q < env_.structures.size(); ++q)
       if (p.structure_used[q]) {
-        env_.structures[q].structure->restore(structures_before[q]);
+        restore_here(*env_.structures[q].structure, structures_before[q]);
         bring_up_to_date(env_.structures[q]);
       }
     if (escaped || stopped) failure.clear();

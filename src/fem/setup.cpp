@@ -13,13 +13,13 @@ namespace {
 std::string text(const Vec3& a) { return fmt::format("[{:g}, {:g}, {:g}]", a.x(), a.y(), a.z()); }
 std::string text(const Box3& b) { return "min " + text(b.min()) + ", max " + text(b.max()); }
 
+}  // namespace
+
 Box3 bounds(const std::vector<Vec3>& points) {
   Box3 box;
   for (const Vec3& x : points) box.extend(x);
   return box;
 }
-
-}  // namespace
 
 Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
   Supports s;
@@ -64,7 +64,8 @@ Supports find_supports(const StructureSpec& spec, const HexMesh& mesh) {
       s.nodes.push_back(n);
       s.centroid += mesh.nodes[n];
     }
-  if (!s.nodes.empty()) s.centroid /= static_cast<double>(s.nodes.size());
+  s.none = s.nodes.empty();
+  if (!s.none) s.centroid /= static_cast<double>(s.nodes.size());
   return s;
 }
 
@@ -123,9 +124,13 @@ void press(const HexMesh& mesh, const SkinQuad& quad, const Box3& region, const 
 
 }  // namespace
 
-std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin) {
+void check_area(const StructureSpec& spec, const StructureSpec::Load& load, double area) {
+  if (!(area > 0)) bad(spec, "load.region", text(load.region), "no part of the surface lies inside", "let the region contain the patch of the surface");
+}
+
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin, const Box3* whole) {
   std::vector<PatchLoad> loads;
-  const double tolerance = 1e-7 * bounds(mesh.nodes).diagonal().norm();
+  const double tolerance = 1e-7 * (whole != nullptr ? *whole : bounds(mesh.nodes)).diagonal().norm();
   for (const StructureSpec::Load& given : spec.loads) {
     Box3 region = given.region;
     if (region.isEmpty()) bad(spec, "load.region", text(given.region), "min must not exceed max", "exchange them");
@@ -158,7 +163,7 @@ std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh
       }
       press(mesh, quad, region, given.traction, load.area, force);
     }
-    if (!(load.area > 0)) bad(spec, "load.region", text(given.region), "no part of the surface lies inside", "let the region contain the patch of the surface");
+    if (whole == nullptr) check_area(spec, given, load.area);
     for (int n = 0; n < static_cast<int>(force.size()); ++n)
       if (force[n] != Vec3::Zero()) load.node.push_back(n), load.force.push_back(force[n]);
     loads.push_back(std::move(load));

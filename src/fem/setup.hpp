@@ -10,6 +10,7 @@ struct Supports {
   std::vector<std::array<bool, 3>> held;  // per node
   std::vector<int> nodes;                 // any direction held
   Vec3 centroid = Vec3::Zero();           // of the supported nodes, world axes [m]
+  bool none = true;                       // no node is
 };
 
 /// Nodal pattern of one prescribed traction: force at factor 1.
@@ -28,7 +29,10 @@ struct ProbePoint {
 
 /// Throw InputError if a support or load meets nothing. A probe outside follows the nearest material point.
 Supports find_supports(const StructureSpec& spec, const HexMesh& mesh);
-std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin);
+/// `whole`: extent of the mesh of which this is a part; a load may then meet none of these faces, and check_area() is due of all parts together.
+std::vector<PatchLoad> find_loads(const StructureSpec& spec, const HexMesh& mesh, const std::vector<SkinQuad>& skin, const Box3* whole = nullptr);
+void check_area(const StructureSpec& spec, const StructureSpec::Load& load, double area);
+Box3 bounds(const std::vector<Vec3>& points);
 std::vector<ProbePoint> find_probes(const StructureSpec& spec, const HexMesh& mesh);
 
 }  // namespace talus::fem

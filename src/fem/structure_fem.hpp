@@ -26,7 +26,9 @@
 #pragma once
 #include <memory>
 #include <optional>
+#include <set>
 
+#include "contact/divided.hpp"
 #include "contact/refinable.hpp"
 #include "contact/structure.hpp"
 #include "core/disjoint_sets.hpp"
@@ -59,7 +61,7 @@ using Report = std::function<void(const std::string&)>;
 
 struct SeatedNode;   // bearing_pads.hpp
 
-class FemStructure : public Structure, public RefinableStructure {
+class FemStructure : public Structure, public RefinableStructure, public DividedStructure {
  public:
   using Zones = std::vector<StructureSpec::Refinement>;
   /// `before`: the same structure with larger cells, whose first frequency it takes. `struck`: where its cells are halved beyond what the specification asks for.
@@ -103,14 +105,16 @@ class FemStructure : public Structure, public RefinableStructure {
   std::vector<PushDown> push_over() const override;
   std::vector<SectionResistance> section_resistances() const override;
   std::vector<BarLine> bars() const override;
-  long dofs() const override { return dofs_.size; }
+  long dofs() const override { return free_dofs_; }
   long elements() const override;
   double memory_of_steps(double duration) override;
   std::string plan() const override;
   std::vector<Fragment> take_fragments() override;
   Unsupported unsupported() override;
-  void save(std::vector<double>& state) const override;
-  void restore(std::span<const double> state) override;
+  void save(std::vector<double>& state) const override { save(state, false); }
+  void restore(std::span<const double> state) override { restore(state, false); }
+  void save_here(std::vector<double>& state) const override { save(state, true); }
+  void restore_here(std::span<const double> state) override { restore(state, true); }
   void start_over() override;
   Vec6 permanent_reaction() const override { return load_track_.permanent(); }
   Snapshot snapshot() const override;
@@ -122,14 +126,18 @@ class FemStructure : public Structure, public RefinableStructure {
   const HexMesh& mesh() const { return mesh_; }
   const AlignedVector& displacement() const { return u_; }
   std::vector<double> frequencies(int count);
+  /// What its tables and fields take on this process [bytes], by name.
+  std::vector<std::pair<std::string, std::size_t>> memory_consumption() const;
 
  private:
   // structure_setup.cpp
+  void set_loads(const Box3& extent);
   void set_masses();
   void find_critical_step();
   void preload();
-  void check_supports();
+  void check_supports(const HexMesh& mesh);
   void warn_of_cracks() const;
+  std::string place_of_most(double most, int cell) const;
   void watch_stress(double t);   // of elastic concrete
   Mat3 strain_at_centre(int cell) const;   // Green's where rotations may be large
   // structure_step.cpp
@@ -140,29 +148,35 @@ class FemStructure : public Structure, public RefinableStructure {
   double settling_time() const;      // for which kinetic energy has to stay small to mean rest [s]
   void moved();                      // the state changed: caches are stale
   // structure_hanging.cpp: of a mesh that is refined in part; else they do nothing
-  void make_cells();
+  Box3 make_cells();                 // the extent of the whole mesh
   void take_over(FemStructure& before);
   void keep_rest();                  // if cells may be halved later
   void settle_hanging_nodes();       // their masses, supports and loads go to the nodes that they follow
   double mechanical_energy();        // kinetic, stored and gravity, at the time of the velocities [J]
   Vec3 position(int n) const { return mesh_.nodes[n] + Vec3(u_[4 * n], u_[4 * n + 1], u_[4 * n + 2]); }
   Vec3 velocity(int n) const { return {v_[4 * n], v_[4 * n + 1], v_[4 * n + 2]}; }
-  // structure_ranks.cpp: with several ranks, all of them call these together; with one they do nothing
+  // structure_ranks.cpp: with several ranks, all of them call these together; with one they do nothing. Cells and nodes have the numbers of this rank's part of the mesh,
+  // but for the skin, probes, lists of cells that leave, and what is asked for from outside, which have those of the whole
+  bool divides_memory(const HexMesh& whole) const;
+  void take_part(HexMesh&& whole);
+  bool divided() const { return partition_ && !partition_->holds_all(); }
   void divide();
   void watch();                      // finds the nodes that others ask for
   bool first_rank() const { return !partition_ || partition_->first_rank(); }
   bool own_node(int n) const { return !partition_ || partition_->owns_node(n); }
   bool own_cell(int cell) const { return !partition_ || partition_->owns_cell(cell); }
+  int node_here(int whole) const { return partition_ ? partition_->node_here(whole) : whole; }
+  int cell_here(int whole) const { return partition_ ? partition_->cell_here(whole) : whole; }
   void sum(std::span<double> values) const;
+  long count_of(long count) const;
   double largest(double value) const;
   void motion_changed();             // u_, v_ and histories are those of own nodes and cells
-  void share_skin() const;           // u_, v_ on the skin and at probes
-  void share_prediction() const;     // v_hat_ there
-  void share_motion() const;         // u_, v_ everywhere
+  const double* seen(int node) const;         // u, v of the skin and of probes
+  std::size_t seen_place(int node) const;
+  void share_prediction() const;     // v_hat there
+  void share_motion();               // u_, v_ everywhere
   void share_bars() const;
-  const DamageField& history() const;   // with the histories of all cells; energies only of the field itself
   std::vector<int> joined(const std::vector<int>& cells) const;   // lists of all ranks, ascending
-  std::vector<double> cell_energies(const std::vector<int>& cells) const;
   // structure_linear.cpp
   void synchronise(double t);
   double ringing_step(double t);
@@ -204,10 +218,20 @@ class FemStructure : public Structure, public RefinableStructure {
   void drop_condensed_levels();      // they are made again when asked for
   double memory_of_condensed_steps();   // [bytes]
   // structure_break.cpp
-  std::array<double, 8> node_shares(int cell) const;
+  /// `width` numbers of each of these cells of the whole mesh, from its owner.
+  std::vector<double> of_cells(const std::vector<int>& cells, std::size_t width, const std::function<void(int, double*)>& write) const;
+  struct Excerpt {
+    HexMesh mesh;                    // these cells alone, with numbers of their own
+    std::vector<int> node;           // numbers in the whole mesh, ascending
+    std::vector<Vec3> position, velocity;
+    std::vector<double> mass, cell_mass;
+    std::vector<int> cells_at_node;  // in the structure
+    int place(int whole) const;      // -1: not in it
+  };
+  Excerpt excerpt(const std::vector<int>& cells) const;
   double cell_energy(int cell) const;
   double link_energy(const std::vector<int>& cells) const;   // of the bars in them and the bearings at them [J]
-  void switch_off(int cell);
+  void switch_off(const std::vector<int>& cells);
   void drop_orphans(const std::vector<int>& cells);
   void remove_node(int n);
   std::vector<int> spent_cells() const;   // own cells to erode
@@ -224,21 +248,26 @@ class FemStructure : public Structure, public RefinableStructure {
   long count_cuts();
   Mat3 gradient_at_centre(int cell) const;
   double face_opening(int a, int b, int face) const;
-  DisjointSets joined_cells() const;
-  std::vector<char> held_pieces(DisjointSets& pieces) const;
+  std::vector<int> piece_labels() const;
+  std::set<int> held_pieces(const std::vector<int>& label) const;
   std::vector<std::vector<int>> loose_pieces() const;
   bool is_rubble(const std::vector<int>& piece) const;
   // structure_output.cpp
+  std::vector<SkinQuad> whole_skin() const;
   void rebuild_skin();
-  void find_feet();
+  void save(std::vector<double>& state, bool here) const;
+  void restore(std::span<const double> state, bool here);
   std::vector<double> foot_reactions(double step) const;   // support_reaction(), then for each foot the moment on it about its centroid
   Vec6 support_reaction(double step) const;   // force and moment on the supports by forces() as they stand, contact impulses over `step` among them; 0: without
   // structure_members.cpp
+  void find_places(const HexMesh& whole);   // of members and feet
+  void find_feet(const HexMesh& whole);
   void set_members();
   void begin_loads();
   void watch_loads(double t, double h);   // of the step that has come to t, its impulses in place
   std::vector<MemberState> find_member_states(bool widths) const;
   MemberState member_state(std::size_t member, AlignedVector& force, bool widths) const;
+  std::vector<double> sums_over(const std::vector<const std::vector<int>*>& lists) const;
   // structure_capacity.cpp
   std::unique_ptr<FemStructure> cut_out(const PierPlace& place, bool top_held) const;
   std::size_t pier_count() const;   // of members_: they come first
@@ -260,6 +289,8 @@ class FemStructure : public Structure, public RefinableStructure {
   double shear_ = 0, bulk_ = 0;
   bool finite_ = false;              // total Lagrangian
   DofMap dofs_;
+  int free_dofs_ = 0;                // of the whole, as dofs_.size on one process
+  double mass_of_cells_ = 0;         // of the whole, as built [kg]
   std::unique_ptr<ElementOperator> operator_;
   std::unique_ptr<ElasticSystem> elastic_;
   std::vector<double> cell_mass_;
@@ -285,10 +316,11 @@ class FemStructure : public Structure, public RefinableStructure {
   // several ranks
   std::unique_ptr<Partition> partition_;   // null: all on this process
   std::vector<NodeRange> own_, touched_;   // nodes of this rank; those that forces are added to
-  std::vector<int> watched_;               // nodes of skin and probes
-  mutable std::unique_ptr<DamageField> all_damage_;
+  WatchedNodes watched_;                   // of skin and probes
+  struct Seen { std::vector<double> built, motion, prediction; };   // of each watched node: place as built, mass, directions held, 0; u, v; v_hat
+  mutable Seen seen_;
   double bars_broken_ = 0;                 // segments, as of the last step
-  mutable bool skin_shared_ = true, prediction_shared_ = true, motion_shared_ = true, bars_shared_ = true, damage_shared_ = true;
+  mutable bool skin_shared_ = true, prediction_shared_ = true, bars_shared_ = true;
 
   // state
   std::vector<char> live_;           // cells

@@ -2,10 +2,11 @@
 """Runs on several ranks, as a user starts them: the same motion to the last bit as on one, a stop and a resume with another number of
 ranks, and one message and the right exit code when something is wrong.
 
-    run.py TALUS MPIRUN DIRECTORY
+    run.py TALUS MPIRUN DIRECTORY [CHECK...]
 """
 import os
 import pathlib
+import re
 import signal
 import subprocess
 import sys
@@ -83,6 +84,15 @@ history_interval = "0.25 ms"
 """)
 
 
+# Explicit alone, and nothing to be brought to rest: memory is divided too.
+ALONE = [('cell_size', 'integrator = "explicit"\npreload = "none"\ncell_size')]
+BARE = ELASTIC.replace("DURATION", "4 ms").replace(*ALONE[0])
+CRACKING = STRUCK.replace(*ALONE[0])
+CRACKING = CRACKING[: CRACKING.index("[[structure.rebar]]")] + CRACKING[CRACKING.index("[[block]]") :]
+LARGE = ELASTIC.replace("DURATION", "2 ms").replace("section = [1.0, 1.0]\nheight = 3.0", "section = [4.5, 4.5]\nheight = 4.75").replace(
+    "region = { min = [-0.6, -0.6, 2.0], max = [-0.4, 0.6, 2.5] }", "region = { min = [-2.3, -0.6, 2.0], max = [-2.2, 0.6, 2.5] }")
+
+
 def started(scene, directory, ranks, *options, limit=""):
     """The command as a process of its own; `limit` is a shell command that rank 0 runs first."""
     command = [TALUS, "run", str(scene), "-o", str(directory), *options]
@@ -142,6 +152,54 @@ def same_motion_when_elastic():
         sums_only(differences(WORK / "elastic1", WORK / f"elastic{ranks}"))
 
 
+def held(out):
+    """MB that the plan says rank 0 holds: all, and by name."""
+    line = re.search(r"pier: ([0-9.]+) MB on this process: (.*)", out)
+    return float(line[1]), {name: float(size) for name, size in (part.rsplit(" ", 1) for part in line[2].split(", "))}
+
+
+def memory_divides():
+    """Large enough to be held whole without being told: what one rank holds of the same cells is in its plan."""
+    scene = write("bare", BARE.replace('cell_size = "0.125 m"', "cells = [24, 24, 40]"))
+    outs = {ranks: run(scene, WORK / f"bare{ranks}", ranks)[0] for ranks in (1, 2, 3)}
+    whole, parts = held(outs[1])
+    for ranks in (2, 3):
+        assert f"divided over {ranks} ranks, its memory too" in outs[ranks]
+        here, mine = held(outs[ranks])
+        for name in ("mesh", "fields", "elements"):
+            assert mine[name] < (1 / ranks + 0.1) * parts[name], f"{name}: {mine[name]} of {parts[name]} MB on {ranks} ranks"
+        sums_only(differences(WORK / "bare1", WORK / f"bare{ranks}"))
+
+
+def same_cracks_and_resume_in_parts():
+    scene = write("cracking", CRACKING)
+    run(scene, WORK / "cracking1", 1)
+    process = started(scene, WORK / "cracking2", 2)
+    until = time.time() + 100
+    while time.time() < until and not (WORK / "cracking2" / "journal.bin").exists():
+        time.sleep(0.01)
+    ranks = subprocess.run(["pgrep", "-P", str(process.pid)], capture_output=True, text=True).stdout.split()
+    os.kill(int(ranks[-1]), signal.SIGTERM)
+    out, err = process.communicate(timeout=200)
+    assert process.returncode == 143 and "its memory too" in out, f"{process.returncode}\n{out}\n{err}"
+    run(scene, WORK / "cracking2", 3, "--resume")
+    sums_only(differences(WORK / "cracking1", WORK / "cracking2"))
+    run(scene, WORK / "crackingwhole", 4)   # some of which have no cracks
+    sums_only(differences(WORK / "cracking1", WORK / "crackingwhole"))
+    with h5py.File(WORK / "crackingwhole" / "results.h5") as results:
+        assert results["history/structures/pier/damaged_volume"][-1] > 0.01
+
+
+def same_rest_in_parts():
+    """Too large to factor: brought to rest by multigrid on all ranks together, whose aggregates differ with their number."""
+    scene = write("large", LARGE)
+    run(scene, WORK / "large1", 1)
+    out, _ = run(scene, WORK / "large2", 2)
+    assert "its memory too" in out
+    for name, difference in differences(WORK / "large1", WORK / "large2"):
+        assert difference < 1e-10 or name in ("ledger/residual", "ledger/algorithmic", "ledger/step_dependence"), f"{name} differs by {difference:g}"
+
+
 def same_motion_by_modes():
     scene = write("modes", ELASTIC.replace("DURATION", "40 ms"))
     run(scene, WORK / "modes1", 1)
@@ -196,7 +254,8 @@ def mpi_starts_with_mpirun_alone():
 
 subprocess.run(["rm", "-rf", str(WORK)], check=True)
 WORK.mkdir(parents=True)
-for check in (mpi_starts_with_mpirun_alone, one_message, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume):
+CHECKS = (mpi_starts_with_mpirun_alone, one_message, memory_divides, same_motion_when_elastic, same_motion_by_modes, same_damage_and_resume, same_cracks_and_resume_in_parts, same_rest_in_parts)
+for check in [c for c in CHECKS if not sys.argv[4:] or c.__name__ in sys.argv[4:]]:
     begin = time.time()
     check()
     print(f"{check.__name__}: {time.time() - begin:.1f} s", flush=True)

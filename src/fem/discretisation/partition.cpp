@@ -59,69 +59,153 @@ std::vector<NodeRange> ranges_of(const std::vector<char>& in) {
   return list;
 }
 
-Partition::Partition(const HexMesh& mesh, const std::vector<int>& common, const std::vector<double>& cost, Ranks& ranks)
-    : ranks_(&ranks), me_(ranks.rank()), owner_(mesh.nodes.size()), own_cells_(mesh.hexes.size()), local_cells_(mesh.hexes.size()) {
-  std::vector<int> nodes(mesh.nodes.size());
+Partition::Partition(const HexMesh& whole, const std::vector<int>& common, const std::vector<double>& cost, bool everywhere, Ranks& ranks)
+    : ranks_(&ranks), me_(ranks.rank()), nodes_in_all_(whole.nodes.size()), cells_in_all_(whole.hexes.size()) {
+  std::vector<int> owner(nodes_in_all_), nodes(nodes_in_all_);
   std::iota(nodes.begin(), nodes.end(), 0);
-  bisect(mesh, cost, std::move(nodes), 0, ranks.size(), owner_);
+  bisect(whole, cost, std::move(nodes), 0, ranks.size(), owner);
   const auto count = static_cast<std::size_t>(ranks.size());
   send_.resize(count), receive_.resize(count), outgoing_.resize(count), incoming_.resize(count);
-  std::vector<char> own(owner_.size()), border(owner_.size(), 0);
-  for (std::size_t n = 0; n < owner_.size(); ++n) own[n] = owner_[n] == me_;
-  own_nodes_ = ranges_of(own);
+  std::vector<char> held(nodes_in_all_, everywhere), border(nodes_in_all_, 0), computed(cells_in_all_, 0);
   // Every rank finds the borders of all, so that sender and receiver list the same nodes in the same order.
   for (int r = 0; r < ranks.size(); ++r) {
-    std::vector<char> needed(owner_.size(), 0);
+    std::vector<char> needed(nodes_in_all_, 0);
     for (int n : common) needed[n] = 1;
     long cells = 0;
-    for (std::size_t cell = 0; cell < mesh.hexes.size(); ++cell) {
-      const auto& hex = mesh.hexes[cell];
-      const bool local = std::any_of(hex.begin(), hex.end(), [&](int n) { return owner_[n] == r; });
-      if (r == me_) local_cells_[cell] = local, own_cells_[cell] = owner_[hex[0]] == me_;
-      if (!local) continue;
+    for (std::size_t cell = 0; cell < cells_in_all_; ++cell) {
+      const auto& hex = whole.hexes[cell];
+      if (std::none_of(hex.begin(), hex.end(), [&](int n) { return owner[n] == r; })) continue;
+      if (r == me_) computed[cell] = 1;
       ++cells;
       for (int n : hex) needed[n] = 1;
     }
     cells_per_rank_.push_back(cells);
     for (std::size_t n = 0; n < needed.size(); ++n) {
-      if (!needed[n] || owner_[n] == r) continue;
-      if (r == me_) receive_[owner_[n]].push_back(static_cast<int>(n));
-      else if (owner_[n] == me_) send_[r].push_back(static_cast<int>(n));
+      if (r == me_ && needed[n]) held[n] = 1;
+      if (!needed[n] || owner[n] == r) continue;
+      if (r == me_) receive_[owner[n]].push_back(static_cast<int>(n)), border[n] = 1;
+      else if (owner[n] == me_) send_[r].push_back(static_cast<int>(n));
     }
   }
-  for (const auto& list : receive_)
-    for (int n : list) border[n] = 1;
-  border_nodes_ = ranges_of(border);
+  for (std::size_t cell = 0; cell < cells_in_all_; ++cell) {
+    if (!everywhere && !computed[cell]) continue;
+    cell_number_.push_back(static_cast<int>(cell));
+    local_cells_.push_back(computed[cell]);
+    own_cells_.push_back(owner[whole.hexes[cell][0]] == me_);
+  }
+  std::vector<char> own, at_border;
+  for (std::size_t n = 0; n < nodes_in_all_; ++n) {
+    if (!held[n]) continue;
+    node_number_.push_back(static_cast<int>(n));
+    owner_.push_back(owner[n]);
+    own.push_back(owner[n] == me_);
+    at_border.push_back(border[n]);
+  }
+  own_nodes_ = ranges_of(own);
+  border_nodes_ = ranges_of(at_border);
+  for (auto* lists : {&send_, &receive_})
+    for (std::vector<int>& list : *lists) list = nodes_here(list);
+}
+
+HexMesh Partition::part_of(const HexMesh& whole) const {
+  HexMesh part;
+  part.nodes.reserve(node_number_.size()), part.local.reserve(node_number_.size());
+  part.hexes.reserve(cell_number_.size());
+  std::vector<int> number(nodes_in_all_, -1);
+  for (std::size_t n = 0; n < node_number_.size(); ++n) {
+    const auto from = static_cast<std::size_t>(node_number_[n]);
+    number[from] = static_cast<int>(n);
+    part.nodes.push_back(whole.nodes[from]);
+    part.local.push_back(whole.local[from]);
+  }
+  for (const int from : cell_number_) {
+    std::array<int, 8> hex = whole.hexes[from];
+    for (int& n : hex) n = number[n];
+    part.hexes.push_back(hex);
+    if (!whole.component.empty()) part.component.push_back(whole.component[from]);
+    if (!whole.number.empty()) part.number.push_back(whole.number[from]);
+  }
+  for (const auto& [name, nodes] : whole.node_groups) part.node_groups[name] = nodes_here(nodes);
+  part.remark = whole.remark;
+  return part;
+}
+
+int Partition::here(const std::vector<int>& numbers, int whole) {
+  const auto at = std::lower_bound(numbers.begin(), numbers.end(), whole);
+  return at == numbers.end() || *at != whole ? -1 : static_cast<int>(at - numbers.begin());
+}
+
+std::vector<int> Partition::nodes_here(const std::vector<int>& whole) const {
+  std::vector<int> list;
+  for (const int n : whole)
+    if (const int at = node_here(n); at >= 0) list.push_back(at);
+  return list;
+}
+
+std::vector<int> Partition::cells_here(const std::vector<int>& whole) const {
+  std::vector<int> list;
+  for (const int cell : whole)
+    if (const int at = cell_here(cell); at >= 0) list.push_back(at);
+  return list;
 }
 
 void Partition::exchange(AlignedVector& field) {
-  for (std::size_t r = 0; r < send_.size(); ++r) {
-    outgoing_[r].resize(3 * send_[r].size());
-    incoming_[r].resize(3 * receive_[r].size());
-    for (std::size_t i = 0; i < send_[r].size(); ++i) std::copy_n(&field[4 * static_cast<std::size_t>(send_[r][i])], 3, &outgoing_[r][3 * i]);
-  }
-  ranks_->exchange(outgoing_, incoming_);
-  for (std::size_t r = 0; r < receive_.size(); ++r)
-    for (std::size_t i = 0; i < receive_[r].size(); ++i) std::copy_n(&incoming_[r][3 * i], 3, &field[4 * static_cast<std::size_t>(receive_[r][i])]);
+  exchange(3, [&](int n, double* to) { std::copy_n(&field[4 * static_cast<std::size_t>(n)], 3, to); },
+           [&](int n, const double* from) { std::copy_n(from, 3, &field[4 * static_cast<std::size_t>(n)]); });
 }
 
-void Partition::gather(std::span<AlignedVector* const> fields, const std::vector<int>& subset) {
-  std::vector<int> count(static_cast<std::size_t>(ranks_->size()), 0);
-  std::vector<double> mine;
-  for (int n : subset) {
-    count[owner_[n]] += 3 * static_cast<int>(fields.size());
-    if (owns_node(n))
-      for (const AlignedVector* field : fields) mine.insert(mine.end(), &(*field)[4 * static_cast<std::size_t>(n)], &(*field)[4 * static_cast<std::size_t>(n)] + 3);
-  }
-  std::vector<double> all(3 * fields.size() * subset.size());
-  ranks_->gather(mine, count, all.data());
-  std::vector<const double*> at(count.size(), all.data());
-  for (std::size_t r = 1; r < count.size(); ++r) at[r] = at[r - 1] + count[r - 1];
-  for (int n : subset)
-    for (AlignedVector* field : fields) {
-      std::copy_n(at[owner_[n]], 3, &(*field)[4 * static_cast<std::size_t>(n)]);
-      at[owner_[n]] += 3;
+void Partition::gather(std::span<AlignedVector* const> fields) {
+  std::size_t n = 0;
+  each_node(3 * static_cast<int>(fields.size()),
+            [&](int node, double* to) {
+              for (const AlignedVector* field : fields) to = std::copy_n(&(*field)[4 * static_cast<std::size_t>(node)], 3, to);
+            },
+            [&](const double* from) {
+              for (AlignedVector* field : fields) std::copy_n(from, 3, &(*field)[4 * n]), from += 3;
+              ++n;
+            });
+}
+
+void Partition::each(const std::vector<int>& numbers, std::size_t in_all, const std::function<bool(int)>& own, int width, const std::function<void(int, double*)>& write,
+                     const std::function<void(const double*)>& take) {
+  constexpr std::size_t at_once = 32768;   // so many numbers of the whole mesh: what is on its way stays small
+  const auto w = static_cast<std::size_t>(width);
+  std::vector<double> mine, values;
+  std::size_t next = 0;
+  for (std::size_t begin = 0; begin < in_all; begin += at_once) {
+    const std::size_t end = std::min(begin + at_once, in_all);
+    mine.clear();
+    for (; next < numbers.size() && static_cast<std::size_t>(numbers[next]) < end; ++next) {
+      if (!own(static_cast<int>(next))) continue;
+      mine.push_back(numbers[next]);
+      mine.resize(mine.size() + w);
+      write(static_cast<int>(next), mine.data() + mine.size() - w);
     }
+    const std::vector<double> all = collect(mine);
+    values.resize(w * (end - begin));
+    for (std::size_t at = 0; at < all.size(); at += w + 1) std::copy_n(&all[at + 1], w, &values[w * (static_cast<std::size_t>(all[at]) - begin)]);
+    for (std::size_t at = 0; at < values.size(); at += w) take(&values[at]);
+  }
+}
+
+void Partition::each_node(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take) {
+  each(node_number_, nodes_in_all_, [this](int n) { return owns_node(n); }, width, write, take);
+}
+
+void Partition::each_cell(int width, const std::function<void(int, double*)>& write, const std::function<void(const double*)>& take) {
+  each(cell_number_, cells_in_all_, [this](int cell) { return owns_cell(cell); }, width, write, take);
+}
+
+std::vector<double> Partition::records(int width, std::span<const double> mine) {
+  const auto w = static_cast<std::size_t>(width);
+  const std::vector<double> all = collect(mine);
+  std::vector<std::size_t> order(all.size() / w);
+  for (std::size_t i = 0; i < order.size(); ++i) order[i] = i * w;
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all[a] < all[b]; });
+  std::vector<double> sorted;
+  sorted.reserve(all.size());
+  for (const std::size_t at : order) sorted.insert(sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(at), all.begin() + static_cast<std::ptrdiff_t>(at + w));
+  return sorted;
 }
 
 void Partition::sum(std::span<double> values) {
@@ -139,7 +223,41 @@ double Partition::largest(double value) {
 
 double Partition::repeated_share() const {
   const long all = std::accumulate(cells_per_rank_.begin(), cells_per_rank_.end(), 0L);
-  return static_cast<double>(all) / static_cast<double>(local_cells_.size()) - 1;
+  return static_cast<double>(all) / static_cast<double>(cells_in_all_) - 1;
+}
+
+std::size_t Partition::memory_consumption() const {
+  std::size_t bytes = (node_number_.capacity() + cell_number_.capacity() + owner_.capacity()) * sizeof(int) + own_cells_.capacity() + local_cells_.capacity();
+  for (const auto* lists : {&send_, &receive_})
+    for (const auto& list : *lists) bytes += list.capacity() * (sizeof(int) + 3 * sizeof(double));
+  return bytes;
+}
+
+WatchedNodes::WatchedNodes(std::vector<int> nodes, Partition& partition) : partition_(&partition), nodes_(std::move(nodes)) {
+  std::vector<double> mine;
+  for (std::size_t k = 0; k < nodes_.size(); ++k)
+    if (const int n = partition.node_here(nodes_[k]); n >= 0 && partition.owns_node(n)) own_.push_back(n), mine.push_back(static_cast<double>(k));
+  const double owned = static_cast<double>(own_.size());
+  for (const double value : partition.collect({&owned, 1})) count_.push_back(static_cast<int>(value));
+  for (const double value : partition.collect(mine)) place_.push_back(static_cast<int>(value));
+}
+
+int WatchedNodes::place(int whole) const {
+  const auto at = std::lower_bound(nodes_.begin(), nodes_.end(), whole);
+  return at == nodes_.end() || *at != whole ? -1 : static_cast<int>(at - nodes_.begin());
+}
+
+void WatchedNodes::gather(std::span<const AlignedVector* const> fields, std::vector<double>& values) const {
+  const std::size_t width = 3 * fields.size();
+  std::vector<double> mine, all(width * nodes_.size());
+  mine.reserve(width * own_.size());
+  for (const int n : own_)
+    for (const AlignedVector* field : fields) mine.insert(mine.end(), &(*field)[4 * static_cast<std::size_t>(n)], &(*field)[4 * static_cast<std::size_t>(n)] + 3);
+  std::vector<int> count(count_);
+  for (int& c : count) c *= static_cast<int>(width);
+  partition_->collect(mine, count, all.data());
+  values.resize(all.size());
+  for (std::size_t i = 0; i < place_.size(); ++i) std::copy_n(&all[width * i], width, &values[width * static_cast<std::size_t>(place_[i])]);
 }
 
 }  // namespace talus::fem

@@ -26,8 +26,8 @@ StructureSpec of_coarse_mesh(const StructureSpec& spec) {
   return coarse;
 }
 
-/// Coarse cells as the specification says, halved by the zones that end at their borders.
-void FemStructure::make_cells() {
+/// Coarse cells as the specification says, halved by the zones that end at their borders; supports and probes on them. Of several ranks that divide memory each keeps its part.
+Box3 FemStructure::make_cells() {
   HexMesh coarse = make_mesh(of_coarse_mesh(spec_));
   check_cells(coarse, "structure." + spec_.name, spec_.file);
   if (!spec_.file.empty()) {
@@ -35,6 +35,22 @@ void FemStructure::make_cells() {
     if (const auto pair = overlapping_cells(coarse))
       report_(fmt::format("warning: {}: {} and {} overlap but share no nodes: nothing ties them together, and the volume counts twice; merge the parts' nodes where they touch, or remove one of them",
                           spec_.file, cell_name(coarse, pair->first), cell_name(coarse, pair->second)));
+  }
+  const Box3 extent = bounds(coarse.nodes);
+  const auto settle = [this](const HexMesh& mesh) {
+    supports_ = find_supports(spec_, mesh);
+    probes_ = find_probes(spec_, mesh);
+    finite_ = supports_.none || spec_.damage != "none" || spec_.kind == "viaduct";
+  };
+  if (ranks() != nullptr) {
+    settle(coarse);
+    if (divides_memory(coarse)) {
+      find_places(coarse);
+      find_feet(coarse);
+      check_supports(coarse);
+      take_part(std::move(coarse));
+      return extent;
+    }
   }
   const bool given = refines_locally(spec_) && !spec_.refinements.empty();
   Zones zones = given ? spec_.refinements : Zones{};
@@ -44,13 +60,17 @@ void FemStructure::make_cells() {
   if (given && struck_zones_.empty() && mesh_.hexes.size() == before)
     bad(spec_, "refine", fmt::format("{} zones", spec_.refinements.size()), "no cell lies in them that is larger than they ask for", "give the region in scene coordinates, about the part to refine, and cells smaller than the structure's");
   if (impact_refinement(spec_).cell_size == 0) discretisation_.forget_cells();
+  settle(mesh_);
+  find_places(mesh_);
+  return extent;
 }
 
 bool FemStructure::refinable() const {
   if (impact_refinement(spec_).cell_size == 0) return false;   // its triangulation is gone
   // What has been at rest since the start is in the state that its permanent load brings it to; that of finer cells has its own cracks.
   const bool unmoved = still_ && !(reference_kinetic_ > 1e-14 * std::abs(stored_part_));
-  return (!damage_ || damage_->cells().empty() || unmoved) && !supports_.nodes.empty() && std::find(live_.begin(), live_.end(), 0) == live_.end() && (!bars_ || bars_->dissipation() == 0);
+  const bool whole = (!damage_ || damage_->cells().empty() || unmoved) && !supports_.none && std::find(live_.begin(), live_.end(), 0) == live_.end() && (!bars_ || bars_->dissipation() == 0);
+  return largest(whole ? 0 : 1) == 0;   // on every rank
 }
 
 std::unique_ptr<Structure> FemStructure::refined(std::span<const StructureSpec::Refinement> zones) {
@@ -88,7 +108,7 @@ void FemStructure::take_over(FemStructure& before) {
   load_track_ = before.load_track_;
   std::vector<std::array<double, 2>> drift;
   for (std::size_t k = 0; k < rest_.drift.size(); ++k) drift.push_back({rest_.drift[k][0] - before.rest_.drift[k][0], rest_.drift[k][1] - before.rest_.drift[k][1]});
-  find_feet();   // load_track_ is told of this mesh's
+  find_feet(mesh_);   // load_track_ is told of this mesh's
   std::vector<double> reaction;
   for (std::size_t i = 0; i < std::min(rest_.reaction.size(), before.rest_.reaction.size()); ++i) reaction.push_back(rest_.reaction[i] - before.rest_.reaction[i]);
   load_track_.shift(reaction, drift);
@@ -102,7 +122,7 @@ void FemStructure::keep_rest() {
   const StructureEnergy e = energy();
   rest_.energy = e.elastic + e.gravity_potential;
   forces(time_);
-  find_feet();
+  find_feet(mesh_);
   rest_.reaction = foot_reactions(0);
   for (const MemberState& m : member_states()) rest_.drift.push_back(m.drift);
 }

@@ -40,6 +40,19 @@ struct Beyond {
 
 }  // namespace
 
+/// Where the greatest of a quantity is, in words, of the ranks' own greatest ones and their cells.
+std::string FemStructure::place_of_most(double most, int cell) const {
+  double at[5] = {};   // centre, part, of how many ranks
+  const bool mine = most == largest(most);
+  if (cell >= 0 && mine) {
+    for (const int n : mesh_.hexes[static_cast<std::size_t>(cell)])
+      for (int c = 0; c < 3; ++c) at[c] += mesh_.nodes[static_cast<std::size_t>(n)][c] / 8;
+    at[3] = mesh_.component.empty() ? -1 : mesh_.component[static_cast<std::size_t>(cell)], at[4] = 1;
+  }
+  sum(at);
+  return place_in_words(spec_, Vec3(at) / at[4], spec_.kind == "viaduct" ? static_cast<int>(at[3] / at[4]) : -1);
+}
+
 /// Warnings if more than a thousandth of the volume is, by the permanent load, elastically computed, stretched beyond f_t where it hosts no bar, or pressed
 /// beyond f_cm along one axis alone (pressure from the sides, which helps, is taken off).
 void FemStructure::warn_of_cracks() const {
@@ -50,6 +63,7 @@ void FemStructure::warn_of_cracks() const {
   Beyond tension, compression;
   double whole = 0;
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
+    if (!own_cell(cell)) continue;
     const double volume = cell_mass_[static_cast<std::size_t>(cell)] / spec_.density;
     whole += volume;
     const Mat3 strain = strain_at_centre(cell);
@@ -60,15 +74,19 @@ void FemStructure::warn_of_cracks() const {
     if (!barred[static_cast<std::size_t>(cell)]) tension.look(sigma[2], concrete_->f_t, volume, cell);
     compression.look(std::min(sigma[2], 0.0) - sigma[0], concrete_->f_cm, volume, cell);
   }
-  const auto where = [&](int cell) { return place_in_words(spec_, mesh_, cell); };
+  double volumes[3] = {tension.volume, compression.volume, whole};
+  sum(volumes);
+  tension.volume = volumes[0], compression.volume = volumes[1], whole = volumes[2];
+  const std::string torn = place_of_most(tension.most, tension.worst), pressed = place_of_most(compression.most, compression.worst);
+  tension.most = largest(tension.most), compression.most = largest(compression.most);
   if (tension.volume >= worth_saying * whole)
     report_(fmt::format("warning: {:.2g} % of its concrete, without bars, is stretched beyond f_t = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and cracks as the run begins; give it "
                         "bars (rebar, prestress in a deck), shorter spans, or damage = \"none\"",
-                        100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, where(tension.worst)));
+                        100 * tension.volume / whole, concrete_->f_t / 1e6, tension.most / 1e6, torn));
   if (compression.volume >= worth_saying * whole)
     report_(fmt::format("warning: {:.2g} % of its concrete is pressed beyond f_cm = {:.3g} MPa by the permanent load (up to {:.3g} MPa, {}) and is crushed as the run begins; larger sections, or less "
                         "prestress",
-                        100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, where(compression.worst)));
+                        100 * compression.volume / whole, concrete_->f_cm / 1e6, compression.most / 1e6, pressed));
 }
 
 /// Cells that the range of their nodes' displacements shows to bear less than any strength are passed over: |sigma_i| <= 3 (K + 4 G / 3) sqrt(3) |u range| / shortest edge.
@@ -83,7 +101,6 @@ void FemStructure::watch_stress(double t) {
     for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) shortest_edge_.push_back(2 / jacobian(mesh_, cell, Vec3::Zero()).inverse().rowwise().norm().maxCoeff());
   double beyond[2] = {}, whole = 0;
   int cell_of[2] = {-1, -1};
-  share_motion();
   for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell) {
     const auto c = static_cast<std::size_t>(cell);
     if (!live_[c] || !own_cell(cell)) continue;

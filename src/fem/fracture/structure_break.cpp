@@ -26,18 +26,31 @@ constexpr double least_share = 0.01;     // unless the structure is small itself
 constexpr double bent = 0.1;             // of a cell's edge: by so much less a piece may be deformed and is still given its planar faces
 }  // namespace
 
-std::array<double, 8> FemStructure::node_shares(int cell) const {
+namespace {
+
+/// Masses of a cell at its corners.
+std::array<double, 8> node_shares(const HexMesh& mesh, int cell, double density) {
   std::array<double, 8> share{};
   for (int q = 0; q < 8; ++q) {
     const std::array<double, 8> n = shape_values(gauss_point(q));
-    const double w = spec_.density * jacobian(mesh_, cell, gauss_point(q)).determinant();
+    const double w = density * jacobian(mesh, cell, gauss_point(q)).determinant();
     for (int a = 0; a < 8; ++a) share[a] += w * n[a];
   }
   return share;
 }
 
+}  // namespace
+
 double FemStructure::cell_energy(int cell) const {
   return damage_ && damage_->has(cell) ? damage_->stored(cell) : operator_->energy(cell);
+}
+
+std::vector<double> FemStructure::of_cells(const std::vector<int>& cells, std::size_t width, const std::function<void(int, double*)>& write) const {
+  std::vector<double> values(width * cells.size(), 0.0);
+  for (std::size_t k = 0; k < cells.size(); ++k)
+    if (const int cell = cell_here(cells[k]); cell >= 0 && own_cell(cell)) write(cell, &values[width * k]);
+  sum(values);
+  return values;
 }
 
 double FemStructure::link_energy(const std::vector<int>& cells) const {
@@ -47,44 +60,63 @@ double FemStructure::link_energy(const std::vector<int>& cells) const {
   return energy;
 }
 
-void FemStructure::switch_off(int cell) {
-  live_[cell] = 0;
+void FemStructure::switch_off(const std::vector<int>& cells) {
   power_valid_ = false;
   forget_stiffness();
-  operator_->set_on(cell, false);
-  if (damage_) damage_->remove(cell);
-  damage_shared_ = !partition_;
-  for (int n : carriers(mesh_, cell)) --cells_at_node_[n];
+  for (const int whole : cells) {
+    const int cell = cell_here(whole);
+    if (cell < 0) continue;
+    live_[cell] = 0;
+    operator_->set_on(cell, false);
+    if (damage_) damage_->remove(cell);
+    for (int n : carriers(mesh_, cell)) --cells_at_node_[n];
+  }
+  if (partition_) partition_->exchange_numbers(cells_at_node_);
 }
 
 /// Removes cells: their stored energy is booked, that of their bars and bearings too, and the mass of their nodes stays where other cells hold it. A node without cells would
 /// fly on for ever: its mass is dust, and leaves with its motion. A free body keeps it, and with it its mass and momenta to the last digit.
 void FemStructure::drop_orphans(const std::vector<int>& cells) {
-  share_motion();
-  const std::vector<double> energies = cell_energies(cells);
+  const std::vector<double> values = of_cells(cells, 2, [this](int cell, double* to) { to[0] = cell_energy(cell), to[1] = cell_mass_[cell]; });
   const double links = link_energy(cells);
   books_.eroded_energy += links;
   stored_half_ -= links;
   for (std::size_t k = 0; k < cells.size(); ++k) {
-    const int cell = cells[k];
-    const double energy = energies[k];
-    books_.eroded_energy += energy;
-    stored_half_ -= energy;
-    switch_off(cell);
-    eroded_volume_ += cell_mass_[cell] / spec_.density;
+    books_.eroded_energy += values[2 * k];
+    stored_half_ -= values[2 * k];
+    eroded_volume_ += values[2 * k + 1] / spec_.density;
   }
-  if (supports_.nodes.empty()) return;
-  for (int cell : cells)
-    for (int n : carriers(mesh_, cell)) {
-      if (cells_at_node_[n] > 0 || mass_[n] == 0) continue;
-      const Vec3 v = velocity(n);
-      books_.eroded_energy += 0.5 * mass_[n] * v.squaredNorm();
-      dust_potential_ -= mass_[n] * gravity_.dot(position(n) - 0.5 * h_last_ * v);   // where it came off: its fall is not followed
-      dust_mass_ += mass_[n];
-      dust_momentum_ += mass_[n] * v;
-      dust_spin_ += mass_[n] * position(n).cross(v);
+  switch_off(cells);
+  if (supports_.none) return;
+  // Node by node in the order of the cells, each told of by its owner: mass, place, velocity.
+  constexpr std::size_t width = 7;
+  std::vector<double> dust;
+  for (const int whole : cells) {
+    const int cell = cell_here(whole);
+    const std::vector<int> nodes = cell >= 0 ? carriers(mesh_, cell) : std::vector<int>(8, -1);
+    for (const int n : nodes) {
+      dust.resize(dust.size() + width, 0.0);
+      if (n < 0 || cells_at_node_[n] > 0 || mass_[n] == 0) continue;
+      if (own_node(n)) {
+        double* const to = dust.data() + dust.size() - width;
+        to[0] = mass_[n];
+        Eigen::Map<Vec3>(to + 1) = position(n);
+        Eigen::Map<Vec3>(to + 4) = velocity(n);
+      }
       remove_node(n);
     }
+  }
+  sum(dust);
+  for (std::size_t at = 0; at < dust.size(); at += width) {
+    const double mass = dust[at];
+    if (mass == 0) continue;
+    const Vec3 x(&dust[at + 1]), v(&dust[at + 4]);
+    books_.eroded_energy += 0.5 * mass * v.squaredNorm();
+    dust_potential_ -= mass * gravity_.dot(x - 0.5 * h_last_ * v);   // where it came off: its fall is not followed
+    dust_mass_ += mass;
+    dust_momentum_ += mass * v;
+    dust_spin_ += mass * x.cross(v);
+  }
 }
 
 void FemStructure::remove_node(int n) {
@@ -108,9 +140,9 @@ void FemStructure::erode(const std::vector<int>& cells) {
 
 /// Rubble that still hangs on nodes of others stays in the mesh: its cells carry pressure and no tension.
 bool FemStructure::is_rubble(const std::vector<int>& piece) const {
-  const double least = std::min(least_volume, least_share * std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0) / spec_.density);
+  const double least = std::min(least_volume, least_share * mass_of_cells_ / spec_.density);
   double volume = 0;
-  for (int cell : piece) volume += cell_mass_[cell] / spec_.density;
+  for (const double mass : of_cells(piece, 1, [this](int cell, double* to) { *to = cell_mass_[cell]; })) volume += mass / spec_.density;
   return piece.size() < least_piece || volume < least;
 }
 
@@ -120,19 +152,75 @@ Structure::Unsupported FemStructure::unsupported() {
   const long cuts = count_cuts();
   if (cuts == cuts_seen_) return lost;
   cuts_seen_ = cuts;
-  share_motion();
   for (const std::vector<int>& piece : loose_pieces()) {
     if (is_rubble(piece)) continue;
-    for (int cell : piece) {
+    const std::vector<double> values = of_cells(piece, 4, [this](int cell, double* to) {
       Vec3 middle = Vec3::Zero();
       for (int n : mesh_.hexes[cell]) middle += mesh_.nodes[n] / 8;
-      lost.mass += cell_mass_[cell];
-      lost.centroid += cell_mass_[cell] * middle;
-    }
+      to[0] = cell_mass_[cell];
+      Eigen::Map<Vec3>(to + 1) = cell_mass_[cell] * middle;
+    });
+    for (std::size_t at = 0; at < values.size(); at += 4) lost.mass += values[at], lost.centroid += Vec3(&values[at + 1]);
   }
   if (lost.mass > 0) lost.centroid /= lost.mass;
-  lost.share = lost.mass / std::accumulate(cell_mass_.begin(), cell_mass_.end(), 0.0);
+  lost.share = lost.mass / mass_of_cells_;
   return lost;
+}
+
+/// Cells of the whole mesh, with what a piece needs of them and of their nodes, from the ranks that own them.
+FemStructure::Excerpt FemStructure::excerpt(const std::vector<int>& cells) const {
+  Excerpt e;
+  const auto node = [&](int n) { return partition_ ? partition_->whole_node(n) : n; };
+  const std::vector<double> of_cell = of_cells(cells, 9, [&](int cell, double* to) {
+    for (const int n : mesh_.hexes[cell]) *to++ = node(n);
+    *to = cell_mass_[cell];
+  });
+  for (std::size_t at = 0; at < of_cell.size(); at += 9)
+    for (std::size_t a = 0; a < 8; ++a) e.node.push_back(static_cast<int>(of_cell[at + a]));
+  std::vector<int> corners = e.node;
+  std::sort(e.node.begin(), e.node.end());
+  e.node.erase(std::unique(e.node.begin(), e.node.end()), e.node.end());
+  for (std::size_t at = 0, k = 0; at < of_cell.size(); at += 9) {
+    std::array<int, 8>& hex = e.mesh.hexes.emplace_back();
+    for (int& n : hex) n = e.place(corners[k++]);
+    e.cell_mass.push_back(of_cell[at + 8]);
+  }
+  constexpr std::size_t width = 14;
+  std::vector<double> of_node(width * e.node.size(), 0.0);
+  for (std::size_t k = 0; k < e.node.size(); ++k) {
+    const int n = node_here(e.node[k]);
+    if (n < 0 || !own_node(n)) continue;
+    double* const to = &of_node[width * k];
+    const Vec3 places[4] = {mesh_.nodes[n], mesh_.local[n], position(n), velocity(n)};
+    for (int i = 0; i < 4; ++i) std::copy_n(places[i].data(), 3, to + 3 * i);
+    to[12] = mass_[n], to[13] = cells_at_node_[n];
+  }
+  sum(of_node);
+  for (std::size_t at = 0; at < of_node.size(); at += width) {
+    e.mesh.nodes.emplace_back(&of_node[at]), e.mesh.local.emplace_back(&of_node[at + 3]);
+    e.position.emplace_back(&of_node[at + 6]), e.velocity.emplace_back(&of_node[at + 9]);
+    e.mass.push_back(of_node[at + 12]);
+    e.cells_at_node.push_back(static_cast<int>(of_node[at + 13]));
+  }
+  std::map<std::array<int, 4>, std::pair<std::size_t, std::size_t>> open;   // faces that have one cell yet
+  e.mesh.across.assign(e.mesh.hexes.size(), {-1, -1, -1, -1, -1, -1});
+  for (std::size_t cell = 0; cell < e.mesh.hexes.size(); ++cell)
+    for (std::size_t face = 0; face < 6; ++face) {
+      std::array<int, 4> nodes;
+      for (std::size_t i = 0; i < 4; ++i) nodes[i] = e.mesh.hexes[cell][static_cast<std::size_t>(hex_faces[face][i])];
+      std::sort(nodes.begin(), nodes.end());
+      const auto [mate, alone] = open.emplace(nodes, std::pair(cell, face));
+      if (alone) continue;
+      e.mesh.across[cell][face] = static_cast<int>(mate->second.first);
+      e.mesh.across[mate->second.first][mate->second.second] = static_cast<int>(cell);
+      open.erase(mate);
+    }
+  return e;
+}
+
+int FemStructure::Excerpt::place(int whole) const {
+  const auto at = std::lower_bound(node.begin(), node.end(), whole);
+  return at == node.end() || *at != whole ? -1 : static_cast<int>(at - node.begin());
 }
 
 std::vector<Fragment> FemStructure::take_fragments() {
@@ -140,13 +228,19 @@ std::vector<Fragment> FemStructure::take_fragments() {
   const long cuts = count_cuts();
   if (cuts == cuts_seen_) return {};
   cuts_seen_ = cuts;
-  share_motion();
   std::vector<std::vector<int>> pieces = loose_pieces();
   const auto hangs = [&](const std::vector<int>& piece) {
-    std::map<int, int> inside;
-    for (int cell : piece)
-      for (int n : carriers(mesh_, cell)) ++inside[n];
-    return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at_node_[at.first]; });
+    std::map<int, int> inside;   // cells of the piece
+    const auto hanging = [&](const auto& cells_at) { return std::any_of(inside.begin(), inside.end(), [&](const auto& at) { return at.second < cells_at[static_cast<std::size_t>(at.first)]; }); };
+    if (!partition_) {
+      for (int cell : piece)
+        for (int n : carriers(mesh_, cell)) ++inside[n];
+      return hanging(cells_at_node_);
+    }
+    const Excerpt e = excerpt(piece);
+    for (const auto& hex : e.mesh.hexes)
+      for (int n : hex) ++inside[n];
+    return hanging(e.cells_at_node);
   };
   std::erase_if(pieces, [&](const std::vector<int>& piece) { return is_rubble(piece) && hangs(piece); });
   if (pieces.empty()) return {};
@@ -164,6 +258,7 @@ std::vector<Fragment> FemStructure::take_fragments() {
   return fragments;
 }
 
+
 std::vector<SeatedNode> FemStructure::seated_nodes() const {
   std::vector<SeatedNode> seats;
   if (!bearings_) return seats;
@@ -178,54 +273,73 @@ std::vector<SeatedNode> FemStructure::seated_nodes() const {
   return seats;
 }
 
-Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<SeatedNode>& seats) {
+Fragment FemStructure::detach(const std::vector<int>& whole_cells, const std::vector<SeatedNode>& seats) {
+  // On several ranks by an excerpt with numbers of its own, which all of them have; on one in the mesh itself.
+  std::optional<Excerpt> apart;
+  if (partition_) apart = excerpt(whole_cells);
+  const HexMesh& mesh = apart ? apart->mesh : mesh_;
+  std::vector<int> cells = whole_cells;
+  if (apart) std::iota(cells.begin(), cells.end(), 0);
+  const auto in = [](int n) { return static_cast<std::size_t>(n); };
+  const auto x_of = [&](int n) { return apart ? apart->position[in(n)] : position(n); };
+  const auto v_of = [&](int n) { return apart ? apart->velocity[in(n)] : velocity(n); };
+  const auto mass_of = [&](int n) { return apart ? apart->mass[in(n)] : mass_[in(n)]; };
+  const auto cells_at = [&](int n) { return apart ? apart->cells_at_node[in(n)] : cells_at_node_[in(n)]; };
+  const auto mass_of_cell = [&](int cell) { return apart ? apart->cell_mass[in(cell)] : cell_mass_[in(cell)]; };
+
   Fragment f;
   std::map<int, double> share;  // node -> mass that leaves; of a hanging node that of what it follows
   std::map<int, int> inside;    // node -> cells of the piece
-  f.elastic = link_energy(cells);
-  for (const double energy : cell_energies(cells)) f.elastic += energy;
+  f.elastic = link_energy(whole_cells);
+  for (const double energy : of_cells(whole_cells, 1, [this](int cell, double* to) { *to = cell_energy(cell); })) f.elastic += energy;
   for (int cell : cells) {
-    const std::array<double, 8> m = node_shares(cell);
+    const std::array<double, 8> m = node_shares(mesh, cell, spec_.density);
     for (int a = 0; a < 8; ++a) {
-      const int n = mesh_.hexes[cell][a];
-      const HangingNode* h = hanging_node(mesh_, n);
+      const int n = mesh.hexes[cell][a];
+      const HangingNode* h = hanging_node(mesh, n);
       share[n] += h != nullptr ? 0 : m[a];
       if (h != nullptr)
         for (const auto& [master, weight] : h->masters) share[master] += weight * m[a];
     }
-    for (int n : carriers(mesh_, cell)) ++inside[n];
-    detached_volume_ += cell_mass_[cell] / spec_.density;
+    for (int n : carriers(mesh, cell)) ++inside[n];
+    detached_volume_ += mass_of_cell(cell) / spec_.density;
   }
+  std::map<int, bool> goes;   // whether the node keeps no cell
   for (auto& [n, m] : share) {
     // Steel and rounding: a node that keeps no cell gives all it has.
-    if (inside.at(n) == cells_at_node_[n]) m = mass_[n];
-    const Vec3 x = position(n), v = velocity(n);
+    goes[n] = inside.at(n) == cells_at(n);
+    if (goes[n]) m = mass_of(n);
+    const Vec3 x = x_of(n), v = v_of(n);
     f.mass += m;
     f.centroid += m * x;
     f.linear_momentum += m * v;
     f.kinetic += 0.5 * m * v.squaredNorm();
   }
   f.centroid /= f.mass;
-  for (const auto& [n, m] : share) f.angular_momentum += m * (position(n) - f.centroid).cross(velocity(n));
-  std::vector<char> only(mesh_.hexes.size(), 0);
+  for (const auto& [n, m] : share) f.angular_momentum += m * (x_of(n) - f.centroid).cross(v_of(n));
+  std::vector<char> only(mesh.hexes.size(), 0);
   for (int cell : cells) only[cell] = 1;
-  std::vector<SkinQuad> quads = skin(mesh_, only);
+  std::vector<SkinQuad> quads = skin(mesh, only);
   std::vector<Vec3> reference, present;
   std::vector<double> weight;
   std::map<int, std::size_t> at;
   for (const auto& [n, m] : share) {
     at.emplace(n, at.size());
-    reference.push_back(mesh_.nodes[n]);
-    present.push_back(position(n));
+    reference.push_back(mesh.nodes[n]);
+    present.push_back(x_of(n));
     weight.push_back(m);
   }
   double smallest = std::numeric_limits<double>::infinity();
-  for (int cell : cells) smallest = std::min(smallest, cell_mass_[cell] / spec_.density);
+  for (int cell : cells) smallest = std::min(smallest, mass_of_cell(cell) / spec_.density);
   std::vector<Vec3> points = straightened(reference, present, weight, bent * std::cbrt(smallest));
   std::vector<SeatedNode> seated;
-  std::copy_if(seats.begin(), seats.end(), std::back_inserter(seated), [&](const SeatedNode& s) { return only[s.cell]; });
-  stand_on_pads(mesh_, seated, quads, at, points);
-  quads = cut_at_middles(mesh_, quads);
+  for (SeatedNode s : seats) {
+    if (!std::binary_search(whole_cells.begin(), whole_cells.end(), s.cell)) continue;
+    if (apart) s.node = apart->place(s.node);
+    seated.push_back(s);
+  }
+  stand_on_pads(mesh, seated, quads, at, points);
+  quads = cut_at_middles(mesh, quads);
   const ClosedSurface surface = close_surface(quads);
   for (int n : surface.node) f.vertices.push_back(points[at.at(n)]);
   std::vector<int> cell;   // of each triangle
@@ -237,9 +351,11 @@ Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<S
   }
   part_touching_edges(f.vertices, f.triangles, std::move(cell));
   merge_planar(f.vertices, f.triangles);
-  for (int cell : cells) switch_off(cell);
-  for (const auto& [n, m] : share) {
-    if (cells_at_node_[n] == 0) {
+  switch_off(whole_cells);
+  for (const auto& [of_piece, m] : share) {
+    const int n = apart ? node_here(apart->node[in(of_piece)]) : of_piece;
+    if (n < 0) continue;
+    if (goes[of_piece]) {
       remove_node(n);
       continue;
     }
@@ -248,10 +364,11 @@ Fragment FemStructure::detach(const std::vector<int>& cells, const std::vector<S
     for (int c = 0; c < 3; ++c)
       if (inverse_mass_[4 * n + c] > 0) inverse_mass_[4 * n + c] = 1 / mass_[n];
   }
+  weights_valid_ = false;
   stored_half_ -= f.elastic;
   books_.eroded_energy += f.elastic;   // as of a cell that erodes
   books_.algorithmic += 0.5 * h_last_ * gravity_.dot(f.linear_momentum);   // the structure's potential is that of half steps, the block's that of its place
-  report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, cells.size(), f.mass));
+  report_(fmt::format("structure {}: {} cells came off, {:.4g} kg", spec_.name, whole_cells.size(), f.mass));
   return f;
 }
 

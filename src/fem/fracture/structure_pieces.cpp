@@ -1,6 +1,7 @@
 // Which cells of a broken structure hang together, and which of these pieces nothing holds any more.
 #include <algorithm>
 #include <map>
+#include <set>
 
 #include "core/disjoint_sets.hpp"
 #include "fem/structure_fem.hpp"
@@ -52,63 +53,117 @@ double FemStructure::face_opening(int a, int b, int face) const {
   return sum;
 }
 
-/// Cells that hang together: by faces that no crack cuts, and by bars.
-DisjointSets FemStructure::joined_cells() const {
-  const DamageField* cracks = damage_ ? &history() : nullptr;
+/// Of each cell here the lowest number, in the whole mesh, of those that it hangs together with: by faces that no crack cuts, and by bars. -1: it is gone, or not computed here.
+std::vector<int> FemStructure::piece_labels() const {
   const int cells = static_cast<int>(mesh_.hexes.size());
+  const auto counts = [&](int cell) { return live_[cell] && (!partition_ || partition_->local_cells()[cell]); };
   DisjointSets sets(cells);
   for (int cell = 0; cell < cells; ++cell) {
-    if (!live_[cell]) continue;
+    if (!counts(cell)) continue;
     for (int face = 0; face < 6; ++face) {
       const int other = mesh_.across[cell][face];
-      if (other < 0 || !live_[other]) continue;
+      if (other < 0 || !counts(other)) continue;
       if (const auto& back = mesh_.across[other]; other < cell && std::find(back.begin(), back.end(), cell) != back.end()) continue;   // seen from there
-      const bool cut = cracks && cracks->has(cell) && cracks->has(other) && cracks->tension_least(cell) > cut_damage &&
-                       cracks->tension_least(other) > cut_damage && face_opening(cell, other, face) > cut_opening;
+      const bool cut = damage_ && damage_->has(cell) && damage_->has(other) && damage_->tension_least(cell) > cut_damage &&
+                       damage_->tension_least(other) > cut_damage && face_opening(cell, other, face) > cut_opening;
       if (!cut) sets.join(cell, other);
     }
   }
+  std::vector<int> label(static_cast<std::size_t>(cells), -1);
+  if (!partition_) {
+    if (bars_) bars_->ties([&](int a, int b) {
+      if (live_[a] && live_[b]) sets.join(a, b);
+    });
+    for (int cell = 0; cell < cells; ++cell)
+      if (live_[cell]) label[static_cast<std::size_t>(cell)] = sets.root(cell);
+    return label;
+  }
+  // What each rank calls the sets of those cells that others know, too, and of those that bars tie to others.
+  std::vector<double> mine;
+  const auto name = [&](int cell) { return partition_->whole_cell(sets.root(cell)); };
+  const auto tell = [&](std::size_t of, int cell) { mine.insert(mine.end(), {static_cast<double>(of), static_cast<double>(name(cell))}); };
+  for (int cell = 0; cell < cells; ++cell) {
+    if (!counts(cell)) continue;
+    label[static_cast<std::size_t>(cell)] = name(cell);
+    const auto& hex = mesh_.hexes[cell];
+    if (std::any_of(hex.begin(), hex.end(), [&](int n) { return !own_node(n); })) tell(static_cast<std::size_t>(partition_->whole_cell(cell)), cell);
+  }
+  std::size_t tie = partition_->cells_in_all();
   if (bars_) bars_->ties([&](int a, int b) {
-    if (live_[a] && live_[b]) sets.join(a, b);
+    if (live_[a] && live_[b])
+      for (const int cell : {a, b})
+        if (own_cell(cell)) tell(tie, cell);
+    ++tie;
   });
-  return sets;
+  const std::vector<double> all = partition_->records(2, mine);
+  std::map<int, int> lower;   // labels that stand for a lower one
+  const auto lowest = [&](int of) {
+    for (auto at = lower.find(of); at != lower.end(); at = lower.find(of)) of = at->second;
+    return of;
+  };
+  for (std::size_t at = 2; at < all.size(); at += 2) {
+    if (all[at] != all[at - 2]) continue;
+    const int a = lowest(static_cast<int>(all[at - 1])), b = lowest(static_cast<int>(all[at + 1]));
+    if (a != b) lower[std::max(a, b)] = std::min(a, b);
+  }
+  for (int& of : label)
+    if (of >= 0) of = lowest(of);
+  return label;
 }
 
-/// Whether a piece is held, by the name of its set: by supports, or, a deck, by bearings at both ends on pieces that supports hold. With one end off its seat
+/// Pieces that are held, by their labels: by supports, or, a deck, by bearings at both ends on pieces that supports hold. With one end off its seat
 /// it falls, and so does a cap beam that has lost its pier: bearings do not pull. A free body keeps its largest piece as itself.
-std::vector<char> FemStructure::held_pieces(DisjointSets& pieces) const {
-  const int cells = static_cast<int>(mesh_.hexes.size());
-  std::vector<char> held(cells, 0);
-  if (supports_.nodes.empty()) {
-    std::vector<double> mass(cells, 0.0);
-    for (int cell = 0; cell < cells; ++cell)
-      if (live_[cell]) mass[pieces.root(cell)] += cell_mass_[cell];
-    held[std::max_element(mass.begin(), mass.end()) - mass.begin()] = 1;
+std::set<int> FemStructure::held_pieces(const std::vector<int>& label) const {
+  std::set<int> held;
+  std::map<int, double> mass;
+  for (std::size_t cell = 0; cell < label.size(); ++cell) {
+    if (label[cell] < 0 || !own_cell(static_cast<int>(cell))) continue;
+    if (supports_.none) mass[label[cell]] += cell_mass_[cell];
+    for (int n : mesh_.hexes[cell])
+      if (supports_.held[n][0] || supports_.held[n][1] || supports_.held[n][2]) held.insert(label[cell]);
+  }
+  if (partition_) {
+    std::vector<double> mine;
+    for (const auto& [piece, of] : mass) mine.insert(mine.end(), {static_cast<double>(piece), of});
+    for (const int piece : held) mine.insert(mine.end(), {static_cast<double>(piece), 0.0});
+    const std::vector<double> all = partition_->records(2, mine);
+    mass.clear();
+    for (std::size_t at = 0; at < all.size(); at += 2) supports_.none ? void(mass[static_cast<int>(all[at])] += all[at + 1]) : void(held.insert(static_cast<int>(all[at])));
+  }
+  if (supports_.none) {
+    const auto heaviest = std::max_element(mass.begin(), mass.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    if (heaviest != mass.end()) held.insert(heaviest->first);
     return held;
   }
-  for (int cell = 0; cell < cells; ++cell) {
-    if (!live_[cell]) continue;
-    for (int n : mesh_.hexes[cell])
-      if (supports_.held[n][0] || supports_.held[n][1] || supports_.held[n][2]) held[pieces.root(cell)] = 1;
-  }
   if (!bearings_) return held;
+  std::vector<int> cells;   // of each site, below and above
+  for (std::size_t i = 0; i < bearings_->sites().size(); ++i) cells.insert(cells.end(), {bearings_->cap_cell(i), bearings_->sites()[i].deck_cell});
+  const std::vector<double> piece = of_cells(cells, 1, [&](int cell, double* to) { *to = label[static_cast<std::size_t>(cell)]; });
   std::map<int, std::array<bool, 2>> seated;  // piece of a deck -> its ends
   for (std::size_t i = 0; i < bearings_->sites().size(); ++i) {
     const Bearings::Site& site = bearings_->sites()[i];
-    if (bearings_->holds(i) && live_[site.deck_cell] && live_[bearings_->cap_cell(i)] && held[pieces.root(bearings_->cap_cell(i))]) seated[pieces.root(site.deck_cell)][site.end] = true;
+    if (bearings_->holds(i) && live_[site.deck_cell] && live_[bearings_->cap_cell(i)] && held.count(static_cast<int>(piece[2 * i])) > 0) seated[static_cast<int>(piece[2 * i + 1])][site.end] = true;
   }
-  for (const auto& [piece, ends] : seated)
-    if (ends[0] && ends[1]) held[piece] = 1;
+  for (const auto& [of, ends] : seated)
+    if (ends[0] && ends[1]) held.insert(of);
   return held;
 }
 
-/// The cells of each piece that nothing holds, in the order of their lowest cells.
+/// The cells of each piece that nothing holds, by their numbers in the whole mesh, in the order of their lowest cells.
 std::vector<std::vector<int>> FemStructure::loose_pieces() const {
-  DisjointSets pieces = joined_cells();
-  const std::vector<char> held = held_pieces(pieces);
+  const std::vector<int> label = piece_labels();
+  const std::set<int> held = held_pieces(label);
   std::map<int, std::vector<int>> loose;
-  for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
-    if (live_[cell] && !held[pieces.root(cell)]) loose[pieces.root(cell)].push_back(cell);
+  for (std::size_t cell = 0; cell < label.size(); ++cell)
+    if (label[cell] >= 0 && own_cell(static_cast<int>(cell)) && held.count(label[cell]) == 0) loose[label[cell]].push_back(partition_ ? partition_->whole_cell(static_cast<int>(cell)) : static_cast<int>(cell));
+  if (partition_) {
+    std::vector<double> mine;
+    for (const auto& [piece, cells] : loose)
+      for (const int cell : cells) mine.insert(mine.end(), {static_cast<double>(cell), static_cast<double>(piece)});
+    const std::vector<double> all = partition_->records(2, mine);
+    loose.clear();
+    for (std::size_t at = 0; at < all.size(); at += 2) loose[static_cast<int>(all[at + 1])].push_back(static_cast<int>(all[at]));
+  }
   std::vector<std::vector<int>> list;
   for (auto& [first, cells] : loose) list.push_back(std::move(cells));
   return list;

@@ -87,7 +87,7 @@ std::size_t levels_kept(std::size_t factor) { return std::clamp(room_of_levels /
 }  // namespace
 
 bool FemStructure::condensable() const {
-  return spec_.integrator != "explicit" && !partition_ && !supports_.nodes.empty() && dofs_.size > 0 && dofs_.size <= largest_factored_system && lowest_frequency() > 0;
+  return spec_.integrator != "explicit" && !partition_ && !supports_.none && dofs_.size > 0 && dofs_.size <= largest_factored_system && lowest_frequency() > 0;
 }
 
 double FemStructure::lowest_frequency() const {

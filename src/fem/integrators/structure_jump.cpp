@@ -42,8 +42,8 @@ void FemStructure::begin_leapfrog(double h) {
 /// What a step that jumps to h takes from the velocities in it: 1 - c = a x^2 + b x^5 by the x of the longer step. a is that of slow modes, b is right at the stable limit; between, more goes than must.
 void FemStructure::find_jump(double h) {
   jump_.clear();
-  const bool cracked = damage_ && !damage_->cells().empty();
-  if (h_last_ == 0 || std::abs(h - h_last_) <= slow_change * h_last_ || cracked) return;
+  if (h_last_ == 0 || std::abs(h - h_last_) <= slow_change * h_last_) return;
+  if (largest(damage_ && !damage_->cells().empty() ? 1 : 0) > 0) return;   // anywhere, also where another rank computes
   const double longer = std::max(h, h_last_), rho_sq = std::pow(std::min(h, h_last_) / longer, 2);
   const double most = std::min(0.95, std::pow(longer / critical_step_ * spec_.critical_step_fraction, 2));   // x of the fastest mode
   const double r = std::pow((1 - most) / (1 - rho_sq * most), h < h_last_ ? 0.5 : -0.5), c = std::sqrt(std::max(0.0, 2 * r - 1)) / r;
@@ -61,7 +61,7 @@ void FemStructure::find_jump(double h) {
     if (weight > 0)
       for (std::size_t i = 0; i < w.size(); ++i) jump_[i] += weight * w[i];
   }
-  if (supports_.nodes.empty()) keep_momenta();
+  if (supports_.none) keep_momenta();
 }
 
 /// Of a structure that turned, K as built gives its rotation a little force: what the jump takes has no momenta.

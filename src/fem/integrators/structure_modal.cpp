@@ -52,7 +52,7 @@ LinearDynamics& FemStructure::linear_dynamics() {
 }
 
 std::vector<double> FemStructure::frequencies(int count) {
-  if (supports_.nodes.empty()) return {};
+  if (supports_.none) return {};
   std::vector<double> m(dofs_.size);
   for (std::size_t i = 0; i < mass_.size(); ++i)
     for (int c = 0; c < 3; ++c)
@@ -66,7 +66,7 @@ int FemStructure::modes_at_most() const {
 }
 
 bool FemStructure::rings_in_modes() const {
-  const bool factorable = !supports_.nodes.empty() && dofs_.size > 0 && dofs_.size <= largest_factored_system;
+  const bool factorable = !supports_.none && !divided() && dofs_.size > 0 && dofs_.size <= largest_factored_system;
   return !finite_ && !bars_ && !bearings_ && factorable;
 }
 
@@ -84,7 +84,7 @@ int FemStructure::modes_within(double duration) const {
 
 double FemStructure::memory_of_steps(double duration) {
   double bytes = damage_ ? 6e6 + 4e3 * static_cast<double>(mesh_.hexes.size()) : 0.0;   // pieces; history of the law where it is needed
-  if (partition_ || supports_.nodes.empty() || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
+  if (partition_ || supports_.none || dofs_.size == 0 || dofs_.size > largest_factored_system) return bytes;
   const int modes = modes_within(duration);
   const double kept = sizeof(double) * static_cast<double>(dofs_.size) * modes;
   return bytes + kept + std::max(memory_of_search(dofs_.size, modes), memory_of_condensed_steps());
@@ -173,6 +173,7 @@ void FemStructure::materialise() {
   LinearDynamics& l = *linear_;
   scatter(dofs_, l.gravity + l.correction * l.factor + l.modes.phi * l.q, u_);
   scatter(dofs_, l.modes.phi * l.rate + l.rest_amplitude * l.rest, v_);
+  motion_changed();
   h_last_ = 0;
   moved();
 }

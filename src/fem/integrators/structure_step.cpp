@@ -153,8 +153,11 @@ void FemStructure::book_step_dependence(double h, double own, double strained) {
 }
 
 void FemStructure::correct(double t, double h, std::span<const NodeImpulse> given) {
-  const std::vector<NodeImpulse> moved_on = mesh_.hanging.empty() ? std::vector<NodeImpulse>{} : discretisation_.condense(given);
-  const std::span<const NodeImpulse> impulses = mesh_.hanging.empty() ? given : std::span<const NodeImpulse>(moved_on);
+  std::vector<NodeImpulse> moved_on;
+  if (!mesh_.hanging.empty()) moved_on = discretisation_.condense(given);
+  for (const NodeImpulse& p : divided() ? given : std::span<const NodeImpulse>{})
+    if (const int n = partition_->node_here(p.node); n >= 0) moved_on.push_back({n, p.impulse});
+  const std::span<const NodeImpulse> impulses = mesh_.hanging.empty() && !divided() ? given : std::span<const NodeImpulse>(moved_on);
   const double kick = 0.5 * (h_last_ > 0 ? h_last_ + h : h);
   for (int n : struck_) std::fill_n(&contact_impulse_[4 * static_cast<std::size_t>(n)], 3, 0.0);
   struck_.clear();
@@ -249,7 +252,7 @@ void FemStructure::correct(double t, double h, std::span<const NodeImpulse> give
   kinetic *= 0.5;
   reference_kinetic_ = std::max(reference_kinetic_, kinetic);
   // Rounding alone never wakes a structure at rest.
-  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !impulses.empty()) still_ = false;
+  if ((kinetic > 1e-8 * reference_kinetic_ && kinetic > 1e-14 * stored) || !given.empty()) still_ = false;
   else if (!still_) still_ = true, still_since_ = time_;
   if (bars_) {
     bars_->accept();

@@ -27,14 +27,30 @@ CellShape shape_of(const HexMesh& mesh, int cell) {
   return along_axes ? CellShape::brick : CellShape::affine;
 }
 
-ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity)
-    : mesh_(&mesh), shear_(shear), bulk_(bulk), where_(mesh.hexes.size()) {
-  std::array<std::vector<int>, 3> list;
-  for (int cell = 0; cell < static_cast<int>(mesh.hexes.size()); ++cell) list[static_cast<std::size_t>(shape_of(mesh, cell))].push_back(cell);
-  for (int p = 0; p < 3; ++p) {
-    pack_[p] = make_pack(list[p], static_cast<CellShape>(p), viscosity);
-    for (int lane = 0; lane < static_cast<int>(list[p].size()); ++lane) where_[list[p][lane]] = {p, lane};
+std::vector<ElementOperator::Lane> ElementOperator::lanes_of(const HexMesh& mesh) {
+  std::array<int, 3> count{};
+  std::vector<Lane> lanes(mesh.hexes.size());
+  for (std::size_t cell = 0; cell < lanes.size(); ++cell) {
+    const int pack = static_cast<int>(shape_of(mesh, static_cast<int>(cell)));
+    lanes[cell] = {pack, count[static_cast<std::size_t>(pack)]++};
   }
+  return lanes;
+}
+
+ElementOperator::ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity, const std::vector<Lane>& lanes)
+    : mesh_(&mesh), shear_(shear), bulk_(bulk), where_(mesh.hexes.size()) {
+  const int w = kernels().width;
+  std::array<std::vector<int>, 3> list;
+  std::array<int, 3> last{-1, -1, -1};   // group of the whole that was put in last
+  for (std::size_t cell = 0; cell < lanes.size(); ++cell) {   // in a pack lanes rise with the cells
+    const auto p = static_cast<std::size_t>(lanes[cell].pack);
+    if (const int group = lanes[cell].lane / w; group != last[p]) last[p] = group, list[p].resize((list[p].size() + static_cast<std::size_t>(w) - 1) / static_cast<std::size_t>(w) * static_cast<std::size_t>(w), -1);
+    const std::size_t start = list[p].size() / static_cast<std::size_t>(w) * static_cast<std::size_t>(w), lane = start + static_cast<std::size_t>(lanes[cell].lane % w);
+    list[p].resize(lane, -1);
+    list[p].push_back(static_cast<int>(cell));
+    where_[cell] = {lanes[cell].pack, static_cast<int>(lane)};
+  }
+  for (std::size_t p = 0; p < 3; ++p) pack_[p] = make_pack(list[p], static_cast<CellShape>(p), viscosity);
 }
 
 ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const {
@@ -44,24 +60,25 @@ ElementPack ElementOperator::make_pack(const std::vector<int>& cells, CellShape 
   pack.shape = shape;
   pack.groups = (static_cast<long>(cells.size()) + w - 1) / w;
   const long lanes = pack.groups * w;
-  pack.runs.assign(pack.groups > 0 ? 1 : 0, {0, pack.groups});
   pack.cells.assign(lanes, -1);
   pack.nodes.resize(lanes * 8);
   pack.geometry.resize(lanes * (own + numbers * points));
   pack.scale.assign(lanes, 0.0);
   pack.energy.assign(lanes, 0.0);
   pack.bound.assign(lanes, 0.0);
-  pack.local.assign(lanes, 1);
   pack.own.assign(lanes, 1);
   if (viscosity) {
     pack.mean.assign(lanes * 24, 0.0);
     pack.volume.assign(lanes, 1.0);
     pack.length.assign(lanes, 0.0);
   }
+  int some = -1;   // of the group
   for (long lane = 0; lane < lanes; ++lane) {
-    const bool real = lane < static_cast<long>(cells.size());
-    const int cell = real ? cells[lane] : cells.back();  // padding repeats a cell with scale 0
     const long g = lane / w, l = lane % w;
+    for (long k = lane; l == 0 && k < std::min(lane + w, static_cast<long>(cells.size())); ++k)
+      if (cells[k] >= 0) some = cells[k];
+    const bool real = lane < static_cast<long>(cells.size()) && cells[lane] >= 0;
+    const int cell = real ? cells[lane] : some;  // padding repeats a cell with scale 0
     if (real) pack.cells[lane] = cell, pack.scale[lane] = 1;
     for (int a = 0; a < 8; ++a) pack.nodes[(g * 8 + a) * w + l] = 4 * mesh_->hexes[cell][a];
     const CellDirections directions = cell_directions(*mesh_, cell);
@@ -157,21 +174,48 @@ void ElementOperator::add_bulk_viscosity(const double* u, const double* v, doubl
   }
 }
 
-void ElementOperator::restrict_to(const std::vector<char>& local, const std::vector<char>& own) {
+void ElementOperator::restrict_to(const std::vector<char>& local) {
   const long w = kernels().width;
-  for (ElementPack& pack : pack_) {
-    pack.runs.clear();
-    pack.stale = true;
-    for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane) {
-      const int cell = pack.cells[lane];
-      pack.local[lane] = cell >= 0 && local[cell];
-      pack.own[lane] = cell >= 0 && own[cell];
-      if (!pack.local[lane]) continue;
-      const long group = lane / w;
-      if (pack.runs.empty() || pack.runs.back().second < group) pack.runs.emplace_back(group, group + 1);
-      else pack.runs.back().second = group + 1;
+  for (std::size_t p = 0; p < pack_.size(); ++p) {
+    ElementPack& old = pack_[p];
+    std::vector<int> list;
+    for (long group = 0; group < old.groups; ++group) {
+      const auto first = old.cells.begin() + group * w;
+      if (std::none_of(first, first + w, [&](int cell) { return cell >= 0 && local[cell]; })) continue;
+      for (auto cell = first; cell != first + w; ++cell) list.push_back(*cell >= 0 && local[*cell] ? *cell : -1);
     }
+    const bool viscosity = !old.mean.empty();
+    std::vector<char> on(old.cells.size());
+    for (std::size_t lane = 0; lane < on.size(); ++lane) on[lane] = old.scale[lane] != 0;
+    std::vector<Lane> was(list.size());
+    for (std::size_t lane = 0; lane < list.size(); ++lane)
+      if (list[lane] >= 0) was[lane] = where_[list[lane]];
+    for (const int cell : old.cells)
+      if (cell >= 0) where_[cell] = {};
+    old = ElementPack{};
+    pack_[p] = make_pack(list, static_cast<CellShape>(p), viscosity);
+    for (std::size_t lane = 0; lane < list.size(); ++lane)
+      if (list[lane] >= 0) {
+        where_[list[lane]] = {static_cast<int>(p), static_cast<int>(lane)};
+        if (!on[was[lane].lane]) set_on(list[lane], false);
+      }
   }
+}
+
+void ElementOperator::count_only(const std::vector<char>& own) {
+  for (ElementPack& pack : pack_)
+    for (std::size_t lane = 0; lane < pack.cells.size(); ++lane) pack.own[lane] = pack.cells[lane] >= 0 && own[pack.cells[lane]];
+}
+
+std::size_t ElementPack::memory_consumption() const {
+  const std::size_t numbers = geometry.capacity() + scale.capacity() + energy.capacity() + bound.capacity() + mean.capacity() + volume.capacity() + length.capacity();
+  return numbers * sizeof(double) + (cells.capacity() + nodes.capacity()) * sizeof(int) + own.capacity();
+}
+
+std::size_t ElementOperator::memory_consumption() const {
+  std::size_t bytes = where_.capacity() * sizeof(Lane);
+  for (const ElementPack& pack : pack_) bytes += pack.memory_consumption();
+  return bytes;
 }
 
 void ElementOperator::find_busy(ElementPack& pack) const {
@@ -179,24 +223,22 @@ void ElementOperator::find_busy(ElementPack& pack) const {
   pack.stale = false;
   pack.busy.clear();
   const long w = kernels().width;
-  for (const auto& [first, last] : pack.runs)
-    for (long group = first; group < last; ++group) {
-      const auto scale = pack.scale.begin() + group * w;
-      if (std::all_of(scale, scale + w, [](double s) { return s == 0; })) continue;
-      if (pack.busy.empty() || pack.busy.back().second < group) pack.busy.emplace_back(group, group + 1);
-      else pack.busy.back().second = group + 1;
-    }
+  for (long group = 0; group < pack.groups; ++group) {
+    const auto scale = pack.scale.begin() + group * w;
+    if (std::all_of(scale, scale + w, [](double s) { return s == 0; })) continue;
+    if (pack.busy.empty() || pack.busy.back().second < group) pack.busy.emplace_back(group, group + 1);
+    else pack.busy.back().second = group + 1;
+  }
 }
 
 void ElementOperator::mark_nodes(std::vector<char>& touched) const {
-  const long per_group = 8L * kernels().width;
   for (const ElementPack& pack : pack_)
-    for (const auto& [first, last] : pack.runs)
-      for (long i = first * per_group; i < last * per_group; ++i) touched[static_cast<std::size_t>(pack.nodes[i]) / 4] = 1;
+    for (const int n : pack.nodes) touched[static_cast<std::size_t>(n) / 4] = 1;
 }
 
 void ElementOperator::set_on(int cell, bool on) {
-  const Place at = where_[cell];
+  const Lane at = where_[cell];
+  if (at.pack < 0) return;
   double& scale = pack_[at.pack].scale[at.lane];
   pack_[at.pack].stale = pack_[at.pack].stale || (scale != 0) != on;
   scale = on ? 1 : 0;
@@ -215,7 +257,7 @@ void ElementOperator::cells_above(double limit, std::vector<int>& cells) const {
   cells.clear();
   for (const ElementPack& pack : pack_)
     for (long lane = 0; lane < static_cast<long>(pack.cells.size()); ++lane)
-      if (pack.bound[lane] > limit && pack.local[lane]) cells.push_back(pack.cells[lane]);
+      if (pack.bound[lane] > limit && pack.cells[lane] >= 0) cells.push_back(pack.cells[lane]);
   std::sort(cells.begin(), cells.end());
 }
 

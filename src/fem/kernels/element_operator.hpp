@@ -21,19 +21,27 @@ struct ElementPack {
   AlignedVector geometry, scale, energy, bound;
   AlignedVector mean, volume, length;   // for the bulk viscosity; empty unless asked for
   long groups = 0;
-  std::vector<std::pair<long, long>> runs;  // ranges of groups that hold a local cell
-  std::vector<std::pair<long, long>> busy;  // of those, the ones in which a cell is on: a structure that broke computes what is left of it
+  std::vector<std::pair<long, long>> busy;  // ranges of groups in which a cell is on: a structure that broke computes what is left of it
   bool stale = true;                        // `busy` is to be found again
-  std::vector<char> local, own;         // per lane: computed here; counts in sums here
+  std::vector<char> own;                // per lane: counts in sums here
+  std::size_t memory_consumption() const;   // [bytes]
 };
 
 class ElementOperator {
  public:
-  ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity);
+  /// Where a cell stands in the lists of a mesh by shape.
+  struct Lane { int pack = -1, lane = -1; };
+  static std::vector<Lane> lanes_of(const HexMesh& mesh);
 
-  /// Computes from now on only the groups that hold a local cell; energies are those of own cells. The groups stay as they are, so that
-  /// the sums at a node whose cells are all local keep their bits; what is added at other nodes is meaningless.
-  void restrict_to(const std::vector<char>& local, const std::vector<char>& own);
+  ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity) : ElementOperator(mesh, shear, bulk, viscosity, lanes_of(mesh)) {}
+  /// Of a part of a mesh: `lanes` of its cells in the lists of the whole, whose groups are kept as far as they hold one of these cells, so that the sums at a node whose cells are all here
+  /// have the bits of the whole; what is added at other nodes is meaningless.
+  ElementOperator(const HexMesh& mesh, double shear, double bulk, bool viscosity, const std::vector<Lane>& lanes);
+
+  /// Keeps from now on the groups that hold a local cell alone.
+  void restrict_to(const std::vector<char>& local);
+  /// Energies are those of own cells.
+  void count_only(const std::vector<char>& own);
   /// Marks the nodes that forces are added to.
   void mark_nodes(std::vector<char>& touched) const;
 
@@ -47,7 +55,7 @@ class ElementOperator {
   void add_bulk_viscosity(const double* u, const double* v, double* f, double density, double wave_speed);
 
   void set_on(int cell, bool on);
-  bool is_on(int cell) const { return pack_[where_[cell].pack].scale[where_[cell].lane] != 0; }
+  bool is_on(int cell) const { return where_[cell].pack >= 0 && pack_[where_[cell].pack].scale[where_[cell].lane] != 0; }
   double energy(int cell) const { return pack_[where_[cell].pack].energy[where_[cell].lane]; }
   double bound(int cell) const { return pack_[where_[cell].pack].bound[where_[cell].lane]; }
   double total_energy() const;
@@ -56,15 +64,15 @@ class ElementOperator {
   double shear() const { return shear_; }
   double bulk() const { return bulk_; }
   const HexMesh& mesh() const { return *mesh_; }
+  std::size_t memory_consumption() const;   // [bytes]
 
  private:
-  struct Place { int pack, lane; };
   void find_busy(ElementPack& pack) const;
-  ElementPack make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const;
+  ElementPack make_pack(const std::vector<int>& cells, CellShape shape, bool viscosity) const;   // -1: a lane that stays empty
   const HexMesh* mesh_;
   double shear_, bulk_;
   std::array<ElementPack, 3> pack_;  // by shape
-  std::vector<Place> where_;
+  std::vector<Lane> where_;          // of each cell; pack -1: it is not here
 };
 
 /// J^-1 and weight at one point, ten numbers, as the kernels want them.

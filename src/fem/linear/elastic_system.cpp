@@ -5,10 +5,12 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/disjoint_sets.hpp"
 #include "core/error.hpp"
 #include "fem/linear/lowest_eigenvalue.hpp"
+#include "fem/linear/reproducible_sum.hpp"
 #include "fem/not_enough_memory.hpp"
 #include "fem/spec_error.hpp"
 
@@ -83,44 +85,75 @@ LinearSolver& ElasticSystem::multigrid() {
     for (int c = 0; c < 3; ++c)
       if (const int d = p_.dofs.number[i][c]; d >= 0)
         position[d] = mesh.nodes[i], direction[d] = c, body[d] = bodies.root(i);
-  multigrid_ = make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position,
-                              direction, body);
+  const bool divided = p_.partition && !p_.partition->holds_all();
+  multigrid_ =
+      make_multigrid(assemble_stiffness(mesh, p_.dofs, p_.shear, p_.bulk, springs()), position, direction,
+                     divided ? std::vector<int>{} : body, divided ? &shared_dofs() : nullptr);
   return *multigrid_;
+}
+
+const SharedDofs& ElasticSystem::shared_dofs() {
+  if (!shared_.number.empty()) return shared_;
+  Partition& partition = *p_.partition;
+  const auto& numbers = p_.dofs.number;
+  shared_.own.assign(static_cast<std::size_t>(p_.dofs.size), 0);
+  shared_.number.assign(static_cast<std::size_t>(p_.dofs.size), 0);
+  double count = 0;
+  const auto each = [&](bool own, auto&& use) {
+    for (std::size_t node = 0; node < numbers.size(); ++node)
+      for (std::size_t c = 0; c < 3 && partition.owns_node(static_cast<int>(node)) == own; ++c)
+        if (const int d = numbers[node][c]; d >= 0) use(4 * node + c, static_cast<std::size_t>(d));
+  };
+  each(true, [&](std::size_t, std::size_t d) { shared_.own[d] = 1, ++count; });
+  const std::vector<double> counts = partition.collect({&count, 1});
+  double next = std::accumulate(counts.begin(), counts.begin() + partition.rank(), 0.0);
+  AlignedVector field(4 * numbers.size(), 0.0);
+  each(true, [&](std::size_t i, std::size_t d) { shared_.number[d] = static_cast<int>(field[i] = next++); });
+  partition.exchange(field);
+  each(false, [&](std::size_t i, std::size_t d) { shared_.number[d] = static_cast<int>(field[i]); });
+  return shared_;
 }
 
 double ElasticSystem::highest_frequency(const std::vector<double>& mass,
                                         const AlignedVector& inverse_mass) const {
   // Largest omega^2 of M^-1 K by Lanczos in the M inner product, then 2 % on top, since Ritz values come from
-  // below.
+  // below. The bits are those of one rank on any number of them.
   const std::size_t n = inverse_mass.size();
   const int steps = 40;
-  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0), masses(n);
-  using Vector = Eigen::Map<Eigen::VectorXd>;
-  const auto of = [n](AlignedVector& v) { return Vector(v.data(), static_cast<Eigen::Index>(n)); };
+  Partition* const partition = p_.partition.get();
+  const std::vector<NodeRange> own =
+      partition != nullptr ? partition->own_nodes() : std::vector<NodeRange>{{0, static_cast<int>(n / 4)}};
+  const std::size_t nodes_in_all = partition != nullptr ? partition->nodes_in_all() : n / 4;
+  const auto sum = [&](auto&& term) {
+    return reproducible_sum(own, 4 * static_cast<double>(nodes_in_all), partition, term);
+  };
+  AlignedVector x(n, 0.0), previous(n, 0.0), y(n, 0.0);
   std::uint64_t seed = 88172645463325252ull;
-  double norm_sq = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
-    masses[i] = mass[i / 4];
-    x[i] = inverse_mass[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
-    norm_sq += masses[i] * x[i] * x[i];
+  for (std::size_t node = 0, i = 0; node < nodes_in_all; ++node) {
+    const bool here = i < n && (partition == nullptr ||
+                                partition->whole_node(static_cast<int>(i / 4)) == static_cast<int>(node));
+    for (int c = 0; c < 4; ++c) {
+      seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
+      if (!here) continue;
+      x[i] = inverse_mass[i] > 0 ? static_cast<double>(seed >> 11) * 0x1p-53 - 0.5 : 0.0;
+      ++i;
+    }
   }
   std::vector<double> diagonal, off;
   double beta = 0;
-  const double start = 1 / std::sqrt(norm_sq);
+  const double start = 1 / std::sqrt(sum([&](std::size_t i) { return mass[i / 4] * x[i] * x[i]; }));
   for (double& a : x) a *= start;
   for (int k = 0; k < steps; ++k) {
     apply(x, y);
-    const double a = of(y).dot(of(x));  // x is zero where it is held
-    of(y) = Eigen::Map<const Eigen::VectorXd>(inverse_mass.data(), static_cast<Eigen::Index>(n))
-                .cwiseProduct(of(y)) -
-            a * of(x) - beta * of(previous);
+    const double a = sum([&](std::size_t i) { return y[i] * x[i]; });  // x is zero where it is held
+    for (std::size_t i = 0; i < n; ++i) y[i] = inverse_mass[i] * y[i] - a * x[i] - beta * previous[i];
     diagonal.push_back(a);
-    beta = std::sqrt(of(y).dot(of(masses).cwiseProduct(of(y))));
+    beta = std::sqrt(sum([&](std::size_t i) { return mass[i / 4] * y[i] * y[i]; }));
     if (!(beta > 1e-12 * std::abs(diagonal[0]))) break;
     off.push_back(beta);
     previous.swap(x);
-    of(x) = of(y) / beta;
+    for (std::size_t i = 0; i < n; ++i) x[i] = y[i] / beta;
+    if (partition != nullptr) partition->exchange(x);
   }
   const int size = static_cast<int>(diagonal.size());
   MatX t = MatX::Zero(size, size);
@@ -139,22 +172,29 @@ double ElasticSystem::first_frequency(const std::vector<double>& mass) {
   std::uint64_t seed = 1234567;
   for (std::size_t i = 0; i < mass.size(); ++i)
     for (int c = 0; c < 3; ++c)
-      if (const int d = p_.dofs.number[i][c]; d >= 0) {
+      if (const int d = p_.dofs.number[i][c]; d >= 0 && owns(static_cast<int>(i))) {
         seed ^= seed << 13, seed ^= seed >> 7, seed ^= seed << 17;
         m[d] = mass[i];
         x[d] = 1 + 0.1 * (static_cast<double>(seed >> 11) * 0x1p-53 - 0.5) * (c + 1);
       }
-  if (n > largest_factored_system) {  // solutions are dear: rough ones
+  const bool divided = p_.partition && !p_.partition->holds_all();
+  if (n > largest_factored_system || divided) {  // solutions are dear: rough ones
     constexpr double rough = 0.1;
     AlignedVector u(4 * mass.size()), f(u.size());
     const auto stiffness = [&](const VecX& from, VecX& to) {
       scatter(p_.dofs, from, u);
+      if (divided) p_.partition->exchange(u);
       apply(u, f);
       gather(p_.dofs, f, to);
+      for (std::size_t i = 0; i < mass.size(); ++i)
+        for (const int d : p_.dofs.number[i])
+          if (d >= 0 && !owns(static_cast<int>(i))) to[d] = 0;
     };
     const auto inverse = [&](const VecX& r, VecX& w) { multigrid().solve(r.data(), w.data(), rough); };
-    return std::sqrt(lowest_eigenvalue(Eigen::Map<const VecX>(m.data(), n), stiffness, inverse,
-                                       Eigen::Map<const VecX>(x.data(), n), 1e-6));
+    return std::sqrt(lowest_eigenvalue(
+        Eigen::Map<const VecX>(m.data(), n), stiffness, inverse, Eigen::Map<const VecX>(x.data(), n), 1e-6,
+        divided ? [this](std::span<double> values) { p_.partition->sum(values); }
+                : std::function<void(std::span<double>)>{}));
   }
   constexpr int most_iterations = 2000;  // frequencies that differ by 1 in 1000 take some 1500
   double omega_sq = 0;

@@ -15,6 +15,7 @@
 
 #include "fem/bearings/bearings.hpp"
 #include "fem/discretisation/discretisation.hpp"
+#include "fem/discretisation/partition.hpp"
 #include "fem/kernels/element_operator.hpp"
 #include "fem/linear/linear_system.hpp"
 #include "fem/rebar/bars.hpp"
@@ -36,6 +37,7 @@ class ElasticSystem {
     const std::unique_ptr<Bars>& bars;
     const std::unique_ptr<Bearings>& bearings;
     const std::vector<char>& live;
+    const std::unique_ptr<Partition>& partition;  // null: all on this process
   };
   explicit ElasticSystem(const Parts& parts) : p_(parts) {}
 
@@ -57,9 +59,13 @@ class ElasticSystem {
   double highest_frequency(const std::vector<double>& mass, const AlignedVector& inverse_mass) const;
   /// The lowest one, by inverse iteration [rad/s]. Throws NumericalFailure if it does not converge.
   double first_frequency(const std::vector<double>& mass);
+  /// Whether one of these is this process's.
+  bool owns(int node) const { return !p_.partition || p_.partition->owns_node(node); }
 
  private:
+  const SharedDofs& shared_dofs();
   Parts p_;
+  SharedDofs shared_;          // empty on one process
   SymmetricMatrix stiffness_;  // empty until needed
   std::unique_ptr<CholeskyFactor> factor_;
   std::unique_ptr<LinearSolver> multigrid_;

@@ -73,6 +73,12 @@ class CholeskyFactor {
   std::unique_ptr<Factorization> factorization_;
 };
 
+/// Degrees of freedom of a part of a structure that several processes hold.
+struct SharedDofs {
+  std::vector<char> own;     // of each here, whether it is this process's
+  std::vector<int> number;   // of each here, among those of all: first those of the first rank, then the second's
+};
+
 /// Set up once, solves for any number of right-hand sides.
 class LinearSolver {
  public:
@@ -83,7 +89,9 @@ class LinearSolver {
 
 /// Conjugate gradients preconditioned by smoothed aggregation (Trilinos ML) with the six rigid-body motions in the near null
 /// space; for systems too large to factor. `position` holds the node of each degree of freedom and its direction. The matrix is used up.
-/// Of several bodies that springs alone hold together `body` numbers that of each degree of freedom; empty: one body.
-std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body = {});
+/// Of several bodies that springs alone hold together `body` numbers that of each degree of freedom; empty: one body. `shared`: all processes solve together; the rows of own degrees of
+/// freedom are complete in `a`, and solve() reads and writes those alone.
+std::unique_ptr<LinearSolver> make_multigrid(SymmetricMatrix&& a, const std::vector<Vec3>& position, const std::vector<int>& direction, const std::vector<int>& body = {},
+                                             const SharedDofs* shared = nullptr);
 
 }  // namespace talus::fem

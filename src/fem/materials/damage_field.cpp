@@ -171,37 +171,48 @@ class FieldOf final : public DamageField {
     const std::size_t count = accepted_count();
     state.push_back(static_cast<double>(count));
     for (std::size_t i = 0; i < count; ++i) {
-      state.push_back(cells_[i]);
+      state.push_back(whole(cells_[i]));
       state.insert(state.end(), numbers(i), numbers(i) + cell_width);
     }
   }
 
   std::size_t restore(std::span<const double> state) override {
-    std::fill(slot_.begin(), slot_.end(), -1);
-    cells_.clear(), joined_.clear(), geometry_.clear(), old_.clear(), next_.clear(), result_.clear();
+    clear();
     const std::size_t count = state.empty() ? 0 : static_cast<std::size_t>(state[0]);
     if (state.size() < 1 + (1 + cell_width) * count) throw NumericalFailure("the saved damage belongs to another structure");
     for (std::size_t i = 0; i < count; ++i) {
       const double* from = &state[1 + (1 + cell_width) * i];
-      const int cell = static_cast<int>(from[0]);
-      if (local_ && !(*local_)[cell]) continue;
-      Cell d;
-      std::memcpy(static_cast<void*>(&d), from + 1, sizeof d);
-      slot_[cell] = static_cast<int>(cells_.size());
-      cells_.push_back(cell);
-      joined_.push_back(static_cast<long>(i));
-      geometry_.push_back(law_geometry(*mesh_, cell, law_.parameters().concrete.poisson));
-      old_.push_back(d);
-      next_.push_back(d);
-      result_.emplace_back();
+      if (const int cell = here(static_cast<int>(from[0])); cell >= 0) append(cell, static_cast<long>(i), from + 1);
     }
     evaluation_ = accepted_ = static_cast<long>(count);
     return 1 + (1 + cell_width) * count;
   }
 
+  std::size_t memory_consumption() const override {
+    return (slot_.capacity() + cells_.capacity()) * sizeof(int) + joined_.capacity() * sizeof(long) + geometry_.capacity() * sizeof(LawGeometry) + (old_.capacity() + next_.capacity()) * sizeof(Cell) +
+           result_.capacity() * sizeof(LawResult);
+  }
+
  protected:
   std::size_t width() const override { return cell_width; }
   const double* numbers(std::size_t i) const override { return reinterpret_cast<const double*>(&old_[i]); }
+
+  void clear() override {
+    std::fill(slot_.begin(), slot_.end(), -1);
+    cells_.clear(), joined_.clear(), geometry_.clear(), old_.clear(), next_.clear(), result_.clear();
+  }
+
+  void append(int cell, long joined, const double* numbers) override {
+    Cell d;
+    std::memcpy(static_cast<void*>(&d), numbers, sizeof d);
+    slot_[cell] = static_cast<int>(cells_.size());
+    cells_.push_back(cell);
+    joined_.push_back(joined);
+    geometry_.push_back(law_geometry(*mesh_, cell, law_.parameters().concrete.poisson));
+    old_.push_back(d);
+    next_.push_back(d);
+    result_.emplace_back();
+  }
 
   void remove_if(const std::function<bool(int)>& gone) override {
     // Keep the order of joining: sums over the cells stay in one order.
@@ -321,10 +332,9 @@ std::unique_ptr<DamageField> field_of(const HexMesh& mesh, const material::Concr
 
 }  // namespace
 
-void DamageField::restrict_to(const std::vector<char>& local, const std::vector<char>& own) {
-  local_ = &local;
-  own_ = &own;
-  remove_if([&](int cell) { return !local[cell]; });
+void DamageField::restrict_to(const Partition& partition) {
+  partition_ = &partition;
+  remove_if([&](int cell) { return !partition.local_cells()[cell]; });
 }
 
 std::vector<int> DamageField::drop_unaccepted() {
@@ -333,12 +343,25 @@ std::vector<int> DamageField::drop_unaccepted() {
   return gone;
 }
 
-void DamageField::save_records(std::vector<double>& records) const {
+void DamageField::save_records(std::vector<double>& records, bool own_alone) const {
   for (std::size_t i = 0; i < accepted_count(); ++i) {
-    if (!own(cells_[i])) continue;
-    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(cells_[i])});
+    if (own_alone && !own(cells_[i])) continue;
+    records.insert(records.end(), {static_cast<double>(joined_[i]), static_cast<double>(whole(cells_[i]))});
     records.insert(records.end(), numbers(i), numbers(i) + width());
   }
+}
+
+void DamageField::save_here(std::vector<double>& state) const {
+  state.insert(state.end(), {static_cast<double>(accepted_count()), static_cast<double>(accepted_)});
+  save_records(state, false);
+}
+
+std::size_t DamageField::restore_here(std::span<const double> state) {
+  const std::size_t count = static_cast<std::size_t>(state[0]), length = 2 + width();
+  clear();
+  for (std::size_t at = 2; at < 2 + count * length; at += length) append(here(static_cast<int>(state[at + 1])), static_cast<long>(state[at]), &state[at + 2]);
+  evaluation_ = accepted_ = static_cast<long>(state[1]);
+  return 2 + count * length;
 }
 
 std::vector<double> DamageField::state_of(std::span<const double> records) const {

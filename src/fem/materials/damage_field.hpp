@@ -23,6 +23,7 @@
 
 #include "fem/kernels/aligned.hpp"
 #include "fem/kernels/kernel.hpp"
+#include "fem/discretisation/partition.hpp"
 #include "fem/kernels/law_points.hpp"
 
 namespace talus::fem {
@@ -47,8 +48,8 @@ class DamageField {
  public:
   virtual ~DamageField() = default;
 
-  /// Keeps from now on only the histories of local cells; sums and lists are those of own cells. Both masks must outlive the field.
-  void restrict_to(const std::vector<char>& local, const std::vector<char>& own);
+  /// Keeps from now on only the histories of local cells; sums and lists are those of own cells, saved states number cells in the whole mesh. The partition must outlive the field.
+  void restrict_to(const Partition& partition);
 
   /// Within these no point of a cell without history can start to damage.
   virtual ElasticLimits elastic_limits() const = 0;
@@ -87,16 +88,30 @@ class DamageField {
   /// Accepted histories. A cell that joined since then is left out: it joins again, with the same bits in the forces.
   virtual void save(std::vector<double>& state) const = 0;
   virtual std::size_t restore(std::span<const double> state) = 0;
-  /// Own accepted histories as records, and the state that save() would give if the field held all of `records`, from any ranks in any order.
-  void save_records(std::vector<double>& records) const;
+  /// Accepted histories as records (when it joined, cell, history) of own cells, and the state that save() would give if the field held all of `records`, from any ranks in any order.
+  void save_records(std::vector<double>& records) const { save_records(records, true); }
   std::vector<double> state_of(std::span<const double> records) const;
+  /// All that is held here, and when it joined, for this process alone.
+  void save_here(std::vector<double>& state) const;
+  std::size_t restore_here(std::span<const double> state);
+  virtual std::size_t memory_consumption() const = 0;   // [bytes]
 
  protected:
   virtual std::size_t width() const = 0;   // numbers of one history
   virtual const double* numbers(std::size_t i) const = 0;
+  virtual void clear() = 0;
+  virtual void append(int cell, long joined, const double* numbers) = 0;   // an accepted history
+  void save_records(std::vector<double>& records, bool own_alone) const;
+  int whole(int cell) const { return partition_ != nullptr ? partition_->whole_cell(cell) : cell; }
+  /// -1: not computed here.
+  int here(int whole) const {
+    if (partition_ == nullptr) return whole;
+    const int cell = partition_->cell_here(whole);
+    return cell >= 0 && partition_->local_cells()[cell] ? cell : -1;
+  }
   virtual void remove_if(const std::function<bool(int)>& gone) = 0;
   std::size_t accepted_count() const { return static_cast<std::size_t>(std::upper_bound(joined_.begin(), joined_.end(), accepted_) - joined_.begin()); }
-  bool own(int cell) const { return !own_ || (*own_)[cell]; }
+  bool own(int cell) const { return partition_ == nullptr || partition_->owns_cell(cell); }
   DamageField(const HexMesh& mesh, bool finite) : mesh_(&mesh), finite_(finite), slot_(mesh.hexes.size(), -1) {}
 
   const HexMesh* mesh_;
@@ -105,8 +120,7 @@ class DamageField {
   std::vector<int> cells_;             // in the order of joining
   std::vector<long> joined_;           // at which evaluation; in one and the same, cells are ascending
   long evaluation_ = 0, accepted_ = 0; // the present one; the last whose states were accepted
-  const std::vector<char>* local_ = nullptr;  // null: all
-  const std::vector<char>* own_ = nullptr;
+  const Partition* partition_ = nullptr;      // null: all cells are here
   mutable std::vector<LawGeometry> geometry_;   // with the lateral strains that the accepted damage leaves
   std::vector<LawResult> result_;
 };

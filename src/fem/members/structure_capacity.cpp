@@ -138,8 +138,10 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool
   copy->load_track_.clear();   // nobody asks what it carries on the way
   std::vector<char> inside(mesh_.hexes.size(), 0);
   for (int cell : place.cells) inside[cell] = 1;
+  std::vector<int> outside;
   for (int cell = 0; cell < static_cast<int>(inside.size()); ++cell)
-    if (!inside[cell] && copy->live_[cell]) copy->switch_off(cell);
+    if (!inside[cell] && copy->live_[cell]) outside.push_back(cell);
+  copy->switch_off(outside);
   for (int n = 0; n < static_cast<int>(mesh_.nodes.size()); ++n) {
     copy->supports_.held[n] = {false, false, false};
     if (copy->cells_at_node_[n] == 0) copy->remove_node(n);
@@ -161,7 +163,7 @@ std::unique_ptr<FemStructure> FemStructure::cut_out(const PierPlace& place, bool
 /// Of the rest of the mesh nothing is left: its groups of elements and its nodes are passed over.
 void FemStructure::compute_only(const std::vector<char>& cells) {
   bearings_.reset();
-  operator_->restrict_to(cells, cells);
+  operator_->restrict_to(cells);
   std::vector<char> node(mesh_.nodes.size(), 0);
   for (std::size_t cell = 0; cell < cells.size(); ++cell)
     if (cells[cell])

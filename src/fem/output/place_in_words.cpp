@@ -30,7 +30,11 @@ std::string place_in_words(const StructureSpec& spec, const HexMesh& mesh, int c
   Vec3 at = Vec3::Zero();
   for (const int node : mesh.hexes[static_cast<std::size_t>(cell)]) at += mesh.nodes[static_cast<std::size_t>(node)] / 8;
   const bool parts = spec.kind == "viaduct" && static_cast<std::size_t>(cell) < mesh.component.size();
-  return fmt::format("{}at ({:.3g}, {:.3g}, {:.3g})", parts ? part_of(spec, mesh.component[static_cast<std::size_t>(cell)], at) : "", at.x(), at.y(), at.z());
+  return place_in_words(spec, at, parts ? mesh.component[static_cast<std::size_t>(cell)] : -1);
+}
+
+std::string place_in_words(const StructureSpec& spec, const Vec3& at, int component) {
+  return fmt::format("{}at ({:.3g}, {:.3g}, {:.3g})", component >= 0 ? part_of(spec, component, at) : "", at.x(), at.y(), at.z());
 }
 
 }  // namespace talus::fem

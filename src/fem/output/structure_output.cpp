@@ -43,9 +43,29 @@ TriangleSurface::NodeWeights followed(const HexMesh& mesh, std::span<const int> 
 
 }  // namespace
 
+/// Of several ranks each finds the faces of its own nodes; all of them hold the whole skin, in numbers of the whole mesh.
+std::vector<SkinQuad> FemStructure::whole_skin() const {
+  std::vector<SkinQuad> quads = skin(mesh_, live_);
+  if (!partition_) return quads;
+  std::vector<double> mine;
+  for (const SkinQuad& q : quads) {
+    if (!partition_->owns_face(q.node)) continue;
+    mine.insert(mine.end(), {6.0 * partition_->whole_cell(q.cell) + q.face});
+    for (const int n : q.node) mine.push_back(partition_->whole_node(n));
+  }
+  const std::vector<double> all = partition_->records(5, mine);
+  quads.clear();
+  for (std::size_t at = 0; at < all.size(); at += 5) {
+    const int place = static_cast<int>(all[at]);
+    SkinQuad& q = quads.emplace_back(SkinQuad{{}, place / 6, place % 6});
+    for (std::size_t k = 0; k < 4; ++k) q.node[k] = static_cast<int>(all[at + 1 + k]);
+  }
+  return quads;
+}
+
 void FemStructure::rebuild_skin() {
-  skin_ = skin(mesh_, live_);
-  std::vector<int> vertex(mesh_.nodes.size(), -1);
+  skin_ = whole_skin();
+  std::vector<int> vertex(partition_ ? partition_->nodes_in_all() : mesh_.nodes.size(), -1);
   skin_node_.clear();
   for (const SkinQuad& quad : skin_)
     for (int n : quad.node)
@@ -88,10 +108,9 @@ void FemStructure::rebuild_skin() {
 
 const TriangleSurface& FemStructure::surface() const {
   if (surface_stale_) {
-    share_skin();
     // The nodes of the skin come first, then the middle of every face, four triangles around each (rebuild_skin()).
     const std::size_t nodes = skin_node_.size();
-    for (std::size_t i = 0; i < nodes; ++i) surface_.vertices[i] = position(skin_node_[i]), surface_.velocities[i] = velocity(skin_node_[i]);
+    for (std::size_t i = 0; i < nodes; ++i) surface_.vertices[i] = node_position(skin_node_[i]), surface_.velocities[i] = node_velocity(skin_node_[i]);
     const auto middle = [&](std::vector<Vec3>& of, std::size_t q) {
       const auto corner = [&](std::size_t k) -> const Vec3& { return of[static_cast<std::size_t>(surface_.triangles[4 * q + k][0])]; };
       of[nodes + q] = 0.25 * ((corner(0) + corner(1)) + (corner(2) + corner(3)));
@@ -103,23 +122,22 @@ const TriangleSurface& FemStructure::surface() const {
 }
 
 double FemStructure::node_mass(int node) const {
-  const auto& held = supports_.held[node];
-  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : drag_ * mass_[node];
+  const std::array<bool, 3> held = node_held(node);
+  return held[0] && held[1] && held[2] ? std::numeric_limits<double>::infinity() : drag_ * (partition_ ? seen_.built[6 * seen_place(node) + 3] : mass_[node]);
 }
 
-Vec3 FemStructure::node_position(int node) const {
-  share_skin();
-  return position(node);
-}
-Vec3 FemStructure::node_velocity(int node) const {
-  share_skin();
-  return velocity(node);
-}
+Vec3 FemStructure::node_position(int node) const { return partition_ ? Vec3(Vec3(&seen_.built[6 * seen_place(node)]) + Vec3(seen(node))) : position(node); }
+Vec3 FemStructure::node_velocity(int node) const { return partition_ ? Vec3(seen(node) + 3) : velocity(node); }
 Vec3 FemStructure::predicted_velocity(int node) const {
+  if (!partition_) return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]};
   share_prediction();
-  return {v_hat_[4 * node], v_hat_[4 * node + 1], v_hat_[4 * node + 2]};
+  return Vec3(&seen_.prediction[3 * seen_place(node)]);
 }
-std::array<bool, 3> FemStructure::node_held(int node) const { return supports_.held[node]; }
+std::array<bool, 3> FemStructure::node_held(int node) const {
+  if (!partition_) return supports_.held[node];
+  const auto bits = static_cast<int>(seen_.built[6 * seen_place(node) + 4]);
+  return {(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0};
+}
 
 StructureEnergy FemStructure::energy() const {
   double kinetic = 0, potential = 0, stored = 0;
@@ -203,12 +221,13 @@ Vec3 FemStructure::base_moment() const {
 }
 
 std::vector<Vec3> FemStructure::probe_displacements() const {
-  share_skin();
   std::vector<Vec3> result;
   for (const ProbePoint& p : probes_) {
     Vec3 u = Vec3::Zero();
-    for (int a = 0; a < 8; ++a)
-      for (int c = 0; c < 3; ++c) u[c] += p.weight[a] * u_[4 * p.node[a] + c];
+    for (int a = 0; a < 8; ++a) {
+      const double* const there = partition_ ? seen(p.node[a]) : &u_[4 * static_cast<std::size_t>(p.node[a])];
+      for (int c = 0; c < 3; ++c) u[c] += p.weight[a] * there[c];
+    }
     result.push_back(u);
   }
   return result;
@@ -223,13 +242,17 @@ double FemStructure::damaged_volume() const {
   sum({&volume, 1});
   return volume + eroded_volume_;
 }
-long FemStructure::elements() const { return std::count(live_.begin(), live_.end(), 1); }
+long FemStructure::elements() const {
+  long count = 0;
+  for (std::size_t cell = 0; cell < live_.size(); ++cell) count += live_[cell] && own_cell(static_cast<int>(cell));
+  return count_of(count);
+}
 
 /// Steps longer than the explicit ones, and what of the choice of the integrator cannot be.
 std::string FemStructure::plan_of_steps() const {
-  if (spec_.integrator == "explicit" || partition_ || supports_.nodes.empty() || dofs_.size > largest_factored_system)
+  if (spec_.integrator == "explicit" || partition_ || supports_.none || free_dofs_ > largest_factored_system)
     return fmt::format("{}: no condensed steps, each touch is explicit ({})\n", spec_.name,
-                       spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.nodes.empty() ? "no support" : "too large to factor");
+                       spec_.integrator == "explicit" ? "integrator" : partition_ ? "several processes" : supports_.none ? "no support" : "too large to factor");
   std::string text = fmt::format("{}: long implicit steps while blocks {} it and the structure is quiet{}\n", spec_.name, condensed_by_choice() ? "are at" : "rest on",
                                  bearings_ ? "; explicit sub-steps wherever bearings slide" : "");
   if (spec_.integrator == "modal" && !rings_in_modes())
@@ -239,7 +262,7 @@ std::string FemStructure::plan_of_steps() const {
 }
 
 std::string FemStructure::plan() const {
-  std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, mesh_.hexes.size(), dofs_.size,
+  std::string text = fmt::format("{}: {} cells, {} free degrees of freedom, kernels {} ({} elements at a time)\n", spec_.name, partition_ ? partition_->cells_in_all() : mesh_.hexes.size(), free_dofs_,
                                  kernels().name, kernels().width);
   if (!mesh_.remark.empty()) text += fmt::format("{}: the mesh file holds {} elements beside its cells; they name groups and carry nothing\n", spec_.name, mesh_.remark);
   text += fmt::format("{}: explicit sub-step {:.3g} s; {}\n", spec_.name, critical_step_,
@@ -256,38 +279,60 @@ std::string FemStructure::plan() const {
   if (bearings_) text += fmt::format("{}: viaduct, {} springs in bearings with friction and seat\n", spec_.name, bearings_->sites().size());
   if (partition_) {
     const std::vector<long> cells = partition_->cells_per_rank();
-    text += fmt::format("{}: divided over {} ranks, {} to {} cells each, {:.2g} % of them computed more than once\n", spec_.name, partition_->size(),
+    text += fmt::format("{}: divided over {} ranks{}, {} to {} cells each, {:.2g} % of them computed more than once\n", spec_.name, partition_->size(), divided() ? ", its memory too" : "",
                         *std::min_element(cells.begin(), cells.end()), *std::max_element(cells.begin(), cells.end()), 100 * partition_->repeated_share());
+  }
+  if (const auto parts = memory_consumption(); partition_ || mesh_.hexes.size() >= 20000) {
+    std::string list;
+    std::size_t bytes = 0;
+    for (const auto& [name, size] : parts) {
+      list += fmt::format("{}{} {:.2f}", list.empty() ? "" : ", ", name, static_cast<double>(size) / 1e6);
+      bytes += size;
+    }
+    text += fmt::format("{}: {:.2f} MB on this process: {}\n", spec_.name, static_cast<double>(bytes) / 1e6, list);
   }
   if (alpha_ > 0) text += fmt::format("{}: damping {:g} of the first mode, {:.4g} Hz\n", spec_.name, spec_.damping_ratio, omega_1_ / (2 * M_PI));
   else if (spec_.damping_ratio > 0) text += fmt::format("{}: no support, hence no first mode: damping left out\n", spec_.name);
   return text;
 }
 
-void FemStructure::save(std::vector<double>& state) const {
-  share_motion();
+/// `here`: what this process holds, as it holds it; else the whole, in its own order, on every process.
+void FemStructure::save(std::vector<double>& state, bool here) const {
+  const bool gathers = partition_ && !here;
+  const auto nodes = [&](int width, const std::function<void(int, double*)>& write) {
+    if (gathers) return partition_->each_node(width, write, [&](const double* from) { state.insert(state.end(), from, from + width); });
+    state.resize(state.size() + static_cast<std::size_t>(width) * mass_.size());
+    double* to = state.data() + state.size() - static_cast<std::size_t>(width) * mass_.size();
+    for (int n = 0; n < static_cast<int>(mass_.size()); ++n, to += width) write(n, to);
+  };
+  const std::size_t nodes_in_all = gathers ? partition_->nodes_in_all() : mass_.size(), cells_in_all = gathers ? partition_->cells_in_all() : live_.size();
+  state.reserve(state.size() + 10 * nodes_in_all + cells_in_all);   // most of it: else twice as much is asked for on the way
   share_bars();
   state.insert(state.end(), {h_last_, power_, power_valid_ ? 1.0 : 0.0, time_, contact_step_, stored_half_, reference_kinetic_, still_since_, still_ ? 1.0 : 0.0, blow_time_, steps_taken_,
                              books_.damping_work, books_.damage_work, books_.plastic_work, books_.bulk_viscosity_work, books_.eroded_energy,
                              books_.external_work, books_.contact_work, books_.algorithmic, books_.step_dependence});
-  const std::size_t motion = state.size();
-  state.resize(motion + 9 * mass_.size());
-  double* to = state.data() + motion;
-  for (std::size_t i = 0; i < mass_.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      *to++ = u_[4 * i + c];
-      *to++ = v_[4 * i + c];
-      *to++ = contact_impulse_[4 * i + c];
-    }
+  nodes(9, [this](int n, double* to) {
+    for (std::size_t i = 4 * static_cast<std::size_t>(n), c = 0; c < 3; ++c, ++i) *to++ = u_[i], *to++ = v_[i], *to++ = contact_impulse_[i];
+  });
   save_linear(state);
   if (bars_) bars_->save(state);
   if (bearings_) bearings_->save(state);
   if (damage_ || bearings_) {
     state.insert(state.end(), {static_cast<double>(breaks_), static_cast<double>(cuts_seen_), dust_mass_, dust_potential_, eroded_volume_, detached_volume_});
     for (const Vec3* p : {&dust_momentum_, &dust_spin_}) state.insert(state.end(), p->data(), p->data() + 3);
-    state.insert(state.end(), live_.begin(), live_.end());
-    state.insert(state.end(), mass_.begin(), mass_.end());
-    if (damage_) history().save(state);
+    if (gathers) partition_->each_cell(1, [this](int cell, double* to) { *to = live_[cell]; }, [&](const double* from) { state.push_back(*from); });
+    else state.insert(state.end(), live_.begin(), live_.end());
+    nodes(1, [this](int n, double* to) { *to = mass_[n]; });
+    if (damage_ && here) {
+      damage_->save_here(state);
+    } else if (damage_ && gathers) {
+      std::vector<double> records;
+      damage_->save_records(records);
+      const std::vector<double> all = damage_->state_of(partition_->collect(records));
+      state.insert(state.end(), all.begin(), all.end());
+    } else if (damage_) {
+      damage_->save(state);
+    }
   }
   state.push_back(frames_.empty() ? 0 : 1);
   for (const Mat3& t : frames_) state.insert(state.end(), t.data(), t.data() + 9);
@@ -295,11 +340,18 @@ void FemStructure::save(std::vector<double>& state) const {
   state.push_back(taken_by_starts_);
 }
 
-void FemStructure::restore(std::span<const double> state) {
+void FemStructure::restore(std::span<const double> state, bool here) {
+  const bool whole = partition_ && !here;
   std::size_t at = 0;
   const auto next = [&]() {
     if (at >= state.size()) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
     return state[at++];
+  };
+  const auto take = [&](std::size_t count, std::size_t width) {   // of a table
+    if (state.size() - at < count * width) throw NumericalFailure("structure " + spec_.name + ": the saved state belongs to another structure");
+    const double* const from = state.data() + at;
+    at += count * width;
+    return from;
   };
   h_last_ = next(), power_ = next();
   power_valid_ = next() != 0;
@@ -311,12 +363,13 @@ void FemStructure::restore(std::span<const double> state) {
   for (double* p : {&books_.damping_work, &books_.damage_work, &books_.plastic_work, &books_.bulk_viscosity_work, &books_.eroded_energy,
                     &books_.external_work, &books_.contact_work, &books_.algorithmic, &books_.step_dependence})
     *p = next();
-  for (std::size_t i = 0; i < mass_.size(); ++i)
-    for (int c = 0; c < 3; ++c) {
-      u_[4 * i + c] = next();
-      v_[4 * i + c] = next();
-      contact_impulse_[4 * i + c] = next();
-    }
+  const auto node = [&](std::size_t n) { return whole ? static_cast<std::size_t>(partition_->whole_node(static_cast<int>(n))) : n; };
+  const std::size_t nodes = whole ? partition_->nodes_in_all() : mass_.size();
+  const double* const motion = take(nodes, 9);
+  for (std::size_t n = 0; n < mass_.size(); ++n) {
+    const double* from = motion + 9 * node(n);
+    for (std::size_t i = 4 * n; i < 4 * n + 3; ++i) u_[i] = *from++, v_[i] = *from++, contact_impulse_[i] = *from++;
+  }
   at += restore_linear(state.subspan(at));
   if (bars_) at += bars_->restore(state.subspan(at));
   if (bearings_) at += bearings_->restore(state.subspan(at));
@@ -324,25 +377,28 @@ void FemStructure::restore(std::span<const double> state) {
     breaks_ = static_cast<long>(next()), cuts_seen_ = static_cast<long>(next()), dust_mass_ = next(), dust_potential_ = next(), eroded_volume_ = next(), detached_volume_ = next();
     for (Vec3* p : {&dust_momentum_, &dust_spin_})
       for (int c = 0; c < 3; ++c) (*p)[c] = next();
-    bool changed = false;
+    double changed = 0;
     std::fill(cells_at_node_.begin(), cells_at_node_.end(), 0);
+    const double* const lives = take(whole ? partition_->cells_in_all() : live_.size(), 1);
     for (std::size_t cell = 0; cell < live_.size(); ++cell) {
-      const char now = next() != 0;
-      changed = changed || now != live_[cell];
+      const char now = lives[whole ? static_cast<std::size_t>(partition_->whole_cell(static_cast<int>(cell))) : cell] != 0;
+      if (now != live_[cell]) changed = 1;
       live_[cell] = now;
       if (now)
         for (int n : carriers(mesh_, static_cast<int>(cell))) ++cells_at_node_[n];
     }
+    if (partition_) partition_->exchange_numbers(cells_at_node_);
+    const double* const masses = take(nodes, 1);
     for (std::size_t n = 0; n < mass_.size(); ++n) {
-      const double mass = next();
-      changed = changed || mass != mass_[n];
+      const double mass = masses[node(n)];
+      if (mass != mass_[n]) changed = 1;
       mass_[n] = mass;
       weights_valid_ = false;
       for (int c = 0; c < 3; ++c) inverse_mass_[4 * n + c] = mass_[n] > 0 && !supports_.held[n][c] ? 1 / mass_[n] : 0.0;
     }
-    if (damage_) at += damage_->restore(state.subspan(at));
+    if (damage_) at += here ? damage_->restore_here(state.subspan(at)) : damage_->restore(state.subspan(at));
     for (int cell = 0; cell < static_cast<int>(live_.size()); ++cell) operator_->set_on(cell, live_[cell] && !(damage_ && damage_->has(cell)));
-    if (changed) {
+    if (largest(changed) > 0) {
       rebuild_skin();
       forget_stiffness();
     }
@@ -359,8 +415,8 @@ void FemStructure::restore(std::span<const double> state) {
   for (std::size_t i = 0; i < mass_.size(); ++i)
     if (Vec3(&contact_impulse_[4 * i]) != Vec3::Zero()) struck_.push_back(static_cast<int>(i));
   bars_broken_ = -1;
-  skin_shared_ = motion_shared_ = bars_shared_ = true;
-  damage_shared_ = !partition_;
+  motion_changed();
+  bars_shared_ = true;
   moved();
   if (!loads_known) begin_loads();
 }
@@ -375,37 +431,63 @@ void FemStructure::start_over() {
   std::fill(contact_impulse_.begin(), contact_impulse_.end(), 0.0);
   struck_.clear();
   moved();
-  if (supports_.nodes.empty()) return;
+  if (supports_.none) return;
   forces(time_);
   load_track_.begin_again(foot_reactions(0), members_, member_states());
   watch_stress(0);
 }
 
 Structure::Snapshot FemStructure::snapshot() const {
-  share_motion();
   share_bars();
-  const DamageField* cracks = damage_ ? &history() : nullptr;
-  Snapshot s;
-  s.nodes = mesh_.nodes;
-  for (std::size_t i = 0; i < mass_.size(); ++i) {
-    s.displacement.emplace_back(u_[4 * i], u_[4 * i + 1], u_[4 * i + 2]);
-    s.velocity.push_back(velocity(static_cast<int>(i)));
-  }
-  for (std::size_t cell = 0; cell < mesh_.hexes.size(); ++cell) {
-    if (!live_[cell]) continue;
-    const auto& hex = mesh_.hexes[cell];
-    s.hexes.push_back(hex);
-    const Mat3 strain = strain_at_centre(static_cast<int>(cell));   // where it is most accurate
-    const int c = static_cast<int>(cell);
-    const double tension = cracks ? cracks->tension(c) : 0, compression = cracks ? cracks->compression(c) : 0;
+  const auto of_node = [this](int n, double* to) {
+    to = std::copy_n(mesh_.nodes[n].data(), 3, to);
+    to = std::copy_n(&u_[4 * static_cast<std::size_t>(n)], 3, to);
+    std::copy_n(&v_[4 * static_cast<std::size_t>(n)], 3, to);
+  };
+  const auto of_cell = [this](int cell, double* to) {
+    const Mat3 strain = strain_at_centre(cell);   // where it is most accurate
+    const double tension = damage_ ? damage_->tension(cell) : 0, compression = damage_ ? damage_->compression(cell) : 0;
     // In a damaged cell the effective stress is reduced by the larger damage: a measure for a picture, not for a check.
     const Mat3 deviator = 2 * shear_ * (1 - std::max(tension, compression)) * (strain - strain.trace() / 3 * Mat3::Identity());
-    s.stress_von_mises.push_back(std::sqrt(1.5) * deviator.norm());
-    s.damage_tension.push_back(tension);
-    s.damage_compression.push_back(compression);
-    s.crack_width.push_back(cracks ? cracks->crack_width(c, u_.data()) : 0.0);
+    *to++ = live_[cell];
+    for (const int n : mesh_.hexes[cell]) *to++ = partition_ ? partition_->whole_node(n) : n;
+    *to++ = std::sqrt(1.5) * deviator.norm();
+    *to++ = tension;
+    *to++ = compression;
+    *to = damage_ ? damage_->crack_width(cell, u_.data()) : 0.0;
+  };
+  Snapshot s;
+  const std::size_t nodes = partition_ ? partition_->nodes_in_all() : mass_.size(), cells = partition_ ? partition_->cells_in_all() : live_.size();
+  for (std::vector<Vec3>* list : {&s.nodes, &s.displacement, &s.velocity}) list->reserve(nodes);
+  for (std::vector<double>* list : {&s.stress_von_mises, &s.damage_tension, &s.damage_compression, &s.crack_width}) list->reserve(cells);
+  s.hexes.reserve(cells);
+  const auto take_node = [&](const double* from) {
+    s.nodes.emplace_back(from);
+    s.displacement.emplace_back(from + 3);
+    s.velocity.emplace_back(from + 6);
+  };
+  const auto take_cell = [&](const double* from) {
+    if (*from++ == 0) return;
+    std::array<int, 8>& hex = s.hexes.emplace_back();
+    for (int& n : hex) n = static_cast<int>(*from++);
+    s.stress_von_mises.push_back(*from++);
+    s.damage_tension.push_back(*from++);
+    s.damage_compression.push_back(*from++);
+    s.crack_width.push_back(*from);
+  };
+  constexpr int node_width = 9, cell_width = 13;
+  if (partition_) {
+    partition_->each_node(node_width, of_node, take_node);
+    partition_->each_cell(cell_width, of_cell, take_cell);
+  } else {
+    double values[std::max(node_width, cell_width)];
+    for (int n = 0; n < static_cast<int>(mass_.size()); ++n) of_node(n, values), take_node(values);
+    for (int cell = 0; cell < static_cast<int>(mesh_.hexes.size()); ++cell)
+      if (live_[cell]) of_cell(cell, values), take_cell(values);
   }
-  if (bars_) bars_->snapshot(u_.data(), s);
+  if (!bars_) return s;
+  const_cast<FemStructure&>(*this).share_motion();
+  bars_->snapshot(u_.data(), s);
   return s;
 }
 

@@ -155,8 +155,12 @@ void Bars::divide(Partition& partition) {
 }
 
 void Bars::share_motion(AlignedVector& u) {
-  AlignedVector* const field = &u;
-  if (partition_ && slip_) partition_->gather({&field, 1}, node_);
+  if (!partition_ || !slip_) return;
+  std::vector<double> values(3 * node_.size(), 0.0);   // each from its owner
+  for (std::size_t k = 0; k < node_.size(); ++k)
+    if (partition_->owns_node(node_[k])) std::copy_n(&u[4 * static_cast<std::size_t>(node_[k])], 3, &values[3 * k]);
+  partition_->sum(values);
+  for (std::size_t k = 0; k < node_.size(); ++k) std::copy_n(&values[3 * k], 3, &u[4 * static_cast<std::size_t>(node_[k])]);
 }
 
 void Bars::share_states() {
