@@ -213,6 +213,8 @@ class IslandStepper {
   void linearise_resting(double h);
   bool strain_from_start();
   void find_pressed();
+  void convert(Body& body, double time);
+  bool held_by_hard_contact(const Body& body) const;
   void to_half_steps(double h);
   void to_full_steps(double h);
   void linearise_at(Body& body, const Quat& q_end);

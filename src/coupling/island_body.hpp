@@ -23,6 +23,8 @@ struct IslandStepper::Body {
   bool guarded = false;                // in a step that is not shortened for energy made: its free flow may make none
   bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps
   bool pressed = false;                // there: a hard contact holds it, so that it goes by x + h v^+ (find_pressed)
+  bool at_half_step = false;           // there: its velocity at the start is that of the half step before
+  double converted = 0;                // kinetic energy by conversions between full and half steps [J]
   // start of the step
   Pose start;
   Quat q0 = Quat::Identity();

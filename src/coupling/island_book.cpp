@@ -69,6 +69,7 @@ struct IslandStepper::Booking {
   Ledger pending{};
   ContactLoss loss{};
   double onset = 0;   // what hard contacts and dashpots take where only the sum of it and the scheme's part is known
+  double reading = 0;   // of pressed blocks: their velocities are those of half steps, their heights are not; adds up to nothing from landing to take-off
 
   using Rows = Eigen::Map<const Eigen::Matrix<double, 3, Eigen::Dynamic>>;
   /// Velocities of a row's two sides: the mean of the step by side, and that at its end.
@@ -93,6 +94,7 @@ void IslandStepper::Booking::add(const Booking& o) {
   pending += o.pending;
   loss += o.loss;
   onset += o.onset;
+  reading += o.reading;
 }
 
 /// Calls use(books, thing) for all things, on several threads where it pays: `at_once` of them share one book, which are then added one after the other.
@@ -248,7 +250,11 @@ void IslandStepper::book(double h) {
   each_rolling(touches_, problem_, [&](const Touch&, double, const contact::ProblemContact& c) { books.loss.slides(-books.work(c)); });
   each_held(touches_, problem_, [&](const contact::ProblemContact& c) { (h > 0 ? books.pending.algorithmic : books.loss.impact) -= books.work(c); });
   books.each(bodies_, bodies_at_once, [](Booking& of, const Body& b) {
+    const double before = of.pending.algorithmic;
     if (!b.impulse.isZero(0) || b.end_rule || b.pressed) of.position(b);
+    if (b.pressed) of.reading += of.pending.algorithmic - before;
+    of.pending.algorithmic -= b.converted;
+    of.reading -= b.converted;
     b.ndof == 6 ? of.turning(b) : of.straining(b);
   });
   pending_ += books.pending;
@@ -256,7 +262,7 @@ void IslandStepper::book(double h) {
   if (from_start_) books.onset += met;
   // A hard contact (or a stiff dashpot) at a structure acts at the end of the step, an onset in a large island at its start, neither along it:
   // its work with the mean velocities counts as lost what the block's own energy says was not, so that only the sum of both is known.
-  const double overcounted = std::clamp(-pending_.algorithmic, std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
+  const double overcounted = std::clamp(books.reading - pending_.algorithmic, std::min(from_start_ ? met : 0.0, 0.0), std::max(books.onset, 0.0));
   pending_.damping_work -= overcounted;
   pending_.algorithmic += overcounted;
 }

@@ -5,6 +5,8 @@
 // friction holds it: it creeps against gravity at h g / 2, which pieces held by several contacts cannot do, so that they chatter. What is pressed goes by
 // x_n + h v^+, at rest with v^+ = 0, as the structure's nodes do; what flies keeps the parabola, exact.
 //
+// So v^+ of what is pressed is its velocity at the half step, as the structure's are: what lands comes with v_n - h g / 2, what takes off flies on with v^+ + h g / 2. Without that each bounce of speed v would make m g h v.
+//
 // Strain rates of blocks at a structure in explicit steps. The state holds them at full steps, as everywhere; within the step they are those of the half steps
 // before and after, like the structure's velocities:
 //
@@ -14,6 +16,8 @@
 //
 // Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p, epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for
 // any step. With the trapezoid's strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
+#include <algorithm>
+
 #include "coupling/half_steps.hpp"
 #include "coupling/island_body.hpp"
 
@@ -55,11 +59,18 @@ Vec3 BeforeFullStep::operator()(const Vec3& x) const {
 
 /// The blocks that something hard touches, or pressed on in the last step.
 void IslandStepper::find_pressed() {
-  for (Body& b : bodies_) b.pressed = false;
+  for (Body& b : bodies_) b.pressed = b.at_half_step = false, b.converted = 0;
   if (!leapfrog()) return;
-  const auto press = [&](int block) {
-    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) bodies_[static_cast<std::size_t>(l)].pressed = true;
+  const auto set = [&](int block, bool Body::* flag) {
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) bodies_[static_cast<std::size_t>(l)].*flag = true;
   };
+  const auto press = [&](int block) { set(block, &Body::pressed); };
+  for (const Body& b : bodies_)
+    for (const ContactMemory& m : history_[static_cast<std::size_t>(b.block)]) {
+      if (m.stiffness > 0 || m.force.isZero(0)) continue;
+      set(b.block, &Body::at_half_step);
+      if (static_cast<Partner::Kind>(m.partner >> 32) == Partner::Kind::block) set(static_cast<int>(m.partner & 0xffffffff), &Body::at_half_step);
+    }
   for (const Touch& t : touches_) {
     if (t.b < 0 || t.stiffness > 0 || !(t.persistent || t.at.gap <= touch_gap())) continue;
     press(t.b);
@@ -67,7 +78,23 @@ void IslandStepper::find_pressed() {
   }
 }
 
+/// Takes a block's velocity on by that time under gravity alone.
+void IslandStepper::convert(Body& b, double time) {
+  const auto k = static_cast<std::size_t>(b.block);
+  const Vec3 before = state_.v[k];
+  state_.v[k] += time * model_.gravity;
+  b.converted += 0.5 * model_.blocks[k].mass * (state_.v[k].squaredNorm() - before.squaredNorm());
+}
+
+bool IslandStepper::held_by_hard_contact(const Body& b) const {
+  return std::ranges::any_of(touches_, [&](const Touch& t) { return t.row >= 0 && t.stiffness == 0 && !t.impulse.isZero(0) && (t.b == b.block || (t.a.kind == Partner::Kind::block && t.a.index == b.block)); });
+}
+
 void IslandStepper::to_half_steps(double h) {
+  for (Body& b : bodies_) {
+    if (b.pressed && !b.at_half_step) convert(b, -0.5 * h);
+    if (!b.pressed && b.at_half_step) convert(b, 0.5 * (last_length_ > 0 ? last_length_ : h));
+  }
   for (Body& b : bodies_) {
     if (!b.leapfrog || !model_.blocks[static_cast<std::size_t>(b.block)].deformable) continue;
     const auto k = static_cast<std::size_t>(b.block);
@@ -80,6 +107,12 @@ void IslandStepper::to_half_steps(double h) {
 }
 
 void IslandStepper::to_full_steps(double h) {
+  for (Body& b : bodies_) {
+    if (!b.leapfrog) continue;
+    const bool held = held_by_hard_contact(b);
+    if (b.pressed && !held) convert(b, 0.5 * h);
+    if (!b.pressed && held) convert(b, -0.5 * h);
+  }
   for (const Body& b : bodies_) {
     if (!b.leapfrog || b.ndof != 12) continue;
     const auto k = static_cast<std::size_t>(b.block);
