@@ -155,7 +155,8 @@ inline void ConcreteDamage::crushed(const R (&strain)[6], R largest, R poisson, 
   const auto slides = norm > limit;
   const R keep = select(slides, limit / select(slides, norm, spread(1.0, zero)), spread(1.0, zero));
   const R held = keep * norm;
-  const R rubbed = 0.25 / shear_ * (1.0 - keep) * norm * (friction_ * s.pressure + held);   // it slid at the limit before, too
+  // Slip grows with the fall of the limit from where it began: from the limit before, or, where that was not reached, from the deviator that it then meets.
+  const R rubbed = 0.25 / shear_ * (1.0 - keep) * norm * (minimum(friction_ * s.pressure, norm) + held);
   const R compacted = 0.5 * (s.pressure + p) * (theta - s.compaction);
   const R mean_d = 0.5 * (old_d_c + s.d_c), grown = s.d_c - old_d_c;
   dissipation = dissipation + select(broken, mean_d * (compacted + rubbed) - grown * (0.25 / bulk_ * (s.pressure * s.pressure + p * p) + 0.25 / shear_ * held * held), zero);
