@@ -101,6 +101,8 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   const auto both_move = [&](const std::pair<int, int>& pair) {
     return moves(pair.first) && moves(pair.second);
   };
+  // The time of impact is of rigid motions: what strains may come nearer than it says.
+  const auto strains = [&](int i) { return model_.blocks[static_cast<std::size_t>(i)].deformable; };
   DisjointSets clusters(n), near = sets;
   std::vector<double> contacts(static_cast<std::size_t>(n), 0.0);  // per block, then of each cluster's first
   for (int i = 0; i < n; ++i)
@@ -109,7 +111,8 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
   for (const auto& pair : pairs) {
     if (!both_move(pair)) continue;
     near.join(pair.first, pair.second);
-    if (touched(pair.first, pair.second)) clusters.join(pair.first, pair.second);
+    if (strains(pair.first) || strains(pair.second) || touched(pair.first, pair.second))
+      clusters.join(pair.first, pair.second);
   }
   for (const auto& [i, j] : met) clusters.join(i, j);
   std::vector<char> at_structure(static_cast<std::size_t>(n) + env_.structures.size(), 0);

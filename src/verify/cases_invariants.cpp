@@ -1,4 +1,4 @@
-// G1 to G7, G9 to G11: what holds for any number of blocks and at any output interval.
+// G1 to G7, G9 to G12: what holds for any number of blocks and at any output interval.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -258,6 +258,20 @@ void almost_too_steep(CaseRun& c) {
     }
 }
 
+/// A soft cube that comes down at 10 m/s flattens into a plate 1 mm beside it: the speed it gives the plate, against fixed steps of 1e-5 s.
+void soft_beside_plate(CaseRun& c) {
+  const Method m = Method::by_accuracy(1e-6);
+  c.method(m);
+  for (const double interval : {0.1, 0.3}) {
+    c.reset();
+    SceneText s(m, 0.3);
+    s.history(interval).material("soft", 1000, "young = 1e6\npoisson = 0.45").material("rock", 2500).interface("*", "*", 0, "normal_stiffness = \"hard\"\nrestitution = 0").plane(Vec3::UnitZ(), Vec3::Zero(), "rock");
+    s.box("soft", Vec3::Ones(), Vec3(0, 0, 0.501), velocity(Vec3(0, 0, -10)) + "deformable = true\n", "soft").box("plate", Vec3(0.02, 1, 1), Vec3(0.511, 0, 0.5));
+    const Outcome o = c.run(s.str());
+    c.relative(fmt::format("speed of the plate [m/s], rows each {} s", interval), "limit of fixed steps", 0.04649, o.last().velocity[1].x(), 0.05);
+  }
+}
+
 }  // namespace
 
 std::vector<Case> invariant_cases() {
@@ -271,7 +285,8 @@ std::vector<Case> invariant_cases() {
           {suite, "G7", "drilling resistance stops a spin", coulomb, true, drilling},
           {suite, "G9", "boxes that tumble, in any frame", "Newton", true, frames},
           {suite, "G10", "a pebble of 0.1 mm anywhere", coulomb, true, pebble},
-          {suite, "G11", "slopes almost too steep", coulomb, true, almost_too_steep}};
+          {suite, "G11", "slopes almost too steep", coulomb, true, almost_too_steep},
+          {suite, "G12", "a soft block flattens beside a plate", "fixed steps", true, soft_beside_plate}};
 }
 
 }  // namespace talus::verify

@@ -41,7 +41,7 @@ TEST_P(Invariant, Holds) {
   for (const CaseResult& r : report.results) EXPECT_TRUE(r.passed) << table_line(r);
 }
 
-INSTANTIATE_TEST_SUITE_P(G, Invariant, testing::Values("G1", "G2", "G3", "G4", "G6", "G7", "G8-slide", "G8-stop", "G8-rider", "G8-bounce", "G8-rocking", "G8-wedge", "G8-edge", "G8-pendulum", "G8-springs", "G8-soft"), [](const auto& info) { std::string name = info.param; std::ranges::replace(name, '-', '_'); return name; });
+INSTANTIATE_TEST_SUITE_P(G, Invariant, testing::Values("G1", "G2", "G3", "G4", "G6", "G7", "G9", "G10", "G11", "G12", "G8-slide", "G8-stop", "G8-rider", "G8-bounce", "G8-rocking", "G8-wedge", "G8-edge", "G8-pendulum", "G8-springs", "G8-soft"), [](const auto& info) { std::string name = info.param; std::ranges::replace(name, '-', '_'); return name; });
 
 class Stressed : public testing::TestWithParam<const char*> {};
 
