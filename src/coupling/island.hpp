@@ -120,7 +120,7 @@ class IslandStepper {
   IslandReport fail_at_drift();
   void look_for_gains();
   void rest_check(double h);
-  void measure_way(double from, double to, bool lumped);
+  void measure_way(double from, double to, std::span<contact::Motion> made);
   // island_motion.cpp
   bool begin_motion(double t0, double t1);
   void end_motion();

@@ -109,6 +109,9 @@ IslandReport IslandStepper::run(double t, double duration) {
     ++report_.counters.steps;
     report_.counters.contacts += static_cast<long>(touches_.size());
     report_.counters.last_step = taken;
+    std::vector<contact::Motion> made(bodies_.size());   // of watched blocks: the correction of drift has starts of its own
+    for (std::size_t i = 0; i < bodies_.size(); ++i)
+      if (island_->watched[i] != 0) made[i] = motion_of(bodies_[i].block, trial.lumped);
     if (!problem_.contacts.empty() || trial.closed) {
       rest_check(taken);
       // At structures as far as the next step reaches, which then need not search again.
@@ -127,7 +130,7 @@ IslandReport IslandStepper::run(double t, double duration) {
       ++report_.counters.flights;
       report_.at_rest = false;
     }
-    measure_way(trial.start, t + done + taken, trial.lumped);
+    measure_way(trial.start, t + done + taken, made);
     if (recorded) end_motion();
     done += taken;
   }
@@ -269,13 +272,15 @@ void IslandStepper::correct_structures(double t, double h) {
 }
 
 /// Whatever a block was struck by, the partners that were looked for are those that it can meet within what it was expected to go, turning included.
-void IslandStepper::measure_way(double from, double to, bool lumped) {
+void IslandStepper::measure_way(double from, double to, std::span<contact::Motion> made) {
   for (std::size_t i = 0; i < bodies_.size(); ++i) {
     const auto k = static_cast<std::size_t>(bodies_[i].block);
     const Began& began = began_[i];
     const double chord = 2 * (began.q.conjugate() * state_.q[k]).vec().norm() + (state_.eps[k] - began.eps).norm();
     report_.went[i] = std::max(report_.went[i], (state_.c[k] - began.c).norm() + model_.blocks[k].shape->radius * chord);
-    if (island_->watched[i] != 0) report_.ways[i].push_back({from, to, motion_of(bodies_[i].block, lumped)});
+    if (island_->watched[i] == 0) continue;
+    made[i].displacement = state_.c[k] - made[i].start.c;   // with the correction
+    report_.ways[i].push_back({from, to, made[i]});
   }
 }
 
