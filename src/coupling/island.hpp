@@ -11,8 +11,8 @@
 #pragma once
 #include <algorithm>
 #include <atomic>
-#include <functional>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
 #include <memory>
@@ -214,7 +214,7 @@ class IslandStepper {
   bool strain_from_start();
   void find_pressed();
   void convert(Body& body, double time);
-  bool held_by_hard_contact(const Body& body) const;
+  std::vector<char> held_by_hard_contacts() const;
   void to_half_steps(double h);
   void to_full_steps(double h);
   void linearise_at(Body& body, const Quat& q_end);

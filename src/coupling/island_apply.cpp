@@ -91,8 +91,9 @@ void IslandStepper::apply(double h) {
     b.shift.setZero();
     b.along = Mat3::Identity();
     const std::size_t i = static_cast<std::size_t>(&b - bodies_.data());
-    // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all on a body follows from its velocity, and
-    // those that act by another theta than the first are told apart.
+    // A pebble beneath a boulder bears impulses of which its own is less than the last digit: the sum of all on a body follows from its
+    // velocity. Contacts move positions by theta times their impulse (1/2 trapezoid, 1 end of the step): what differs from the first
+    // one's theta is added up by itself.
     b.v_solved = b.free.velocity;
     std::optional<double> theta;
     Vec12 others = Vec12::Zero();

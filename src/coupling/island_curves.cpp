@@ -46,8 +46,9 @@ double inverse_mass(const Structure& structure, const SurfaceWeights& w) {
 
 }  // namespace
 
-/// The same of a part of a bed before it has a row, over the step that is searched for. Along the normal a row holds the part at the end of the step; what tilts it moves it at the start alone, and feeds the
-/// tilting where the step does not resolve it.
+/// True if the step that is searched for resolves the swing of a part of an elastic foundation, h^2 k W < 1, k its stiffness and W the
+/// inverse mass of block and skin along its normal. Along the normal its row holds it at the end of the step; what tilts it moves it at the
+/// start alone, and feeds the tilting where the step does not resolve it.
 bool IslandStepper::part_resolved(const Touch& t) const {
   const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
   Mat12 mass, inverse;

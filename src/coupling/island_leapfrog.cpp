@@ -16,8 +16,6 @@
 //
 // Without impulses that is the trapezoid, A = S + h^2 K / 4. An impulse p at n changes epsdot_n by A^-1 p, epsdot_+ by A^-1 S A^-1 p: so it brings p . (epsdot_- + epsdot_+) / 2 for
 // any step. With the trapezoid's strain rates and the positions of theta = 1 each step of a contact lost 1/2 h p A^-1 K eps.
-#include <algorithm>
-
 #include "coupling/half_steps.hpp"
 #include "coupling/island_body.hpp"
 
@@ -86,8 +84,18 @@ void IslandStepper::convert(Body& b, double time) {
   b.converted += 0.5 * model_.blocks[k].mass * (state_.v[k].squaredNorm() - before.squaredNorm());
 }
 
-bool IslandStepper::held_by_hard_contact(const Body& b) const {
-  return std::ranges::any_of(touches_, [&](const Touch& t) { return t.row >= 0 && t.stiffness == 0 && !t.impulse.isZero(0) && (t.b == b.block || (t.a.kind == Partner::Kind::block && t.a.index == b.block)); });
+/// Per body, whether a hard contact pressed on it in the step.
+std::vector<char> IslandStepper::held_by_hard_contacts() const {
+  std::vector<char> held(bodies_.size(), 0);
+  const auto hold = [&](int block) {
+    if (const int l = local_[static_cast<std::size_t>(block)]; l >= 0) held[static_cast<std::size_t>(l)] = 1;
+  };
+  for (const Touch& t : touches_) {
+    if (t.row < 0 || t.stiffness > 0 || t.impulse.isZero(0)) continue;
+    if (t.b >= 0) hold(t.b);
+    if (t.a.kind == Partner::Kind::block) hold(t.a.index);
+  }
+  return held;
 }
 
 void IslandStepper::to_half_steps(double h) {
@@ -107,11 +115,10 @@ void IslandStepper::to_half_steps(double h) {
 }
 
 void IslandStepper::to_full_steps(double h) {
-  for (Body& b : bodies_) {
-    if (!b.leapfrog) continue;
-    const bool held = held_by_hard_contact(b);
-    if (b.pressed && !held) convert(b, 0.5 * h);
-    if (!b.pressed && held) convert(b, -0.5 * h);
+  if (leapfrog()) {
+    const std::vector<char> held = held_by_hard_contacts();
+    for (std::size_t l = 0; l < bodies_.size(); ++l)
+      if (bodies_[l].pressed != (held[l] != 0)) convert(bodies_[l], bodies_[l].pressed ? 0.5 * h : -0.5 * h);
   }
   for (const Body& b : bodies_) {
     if (!b.leapfrog || b.ndof != 12) continue;

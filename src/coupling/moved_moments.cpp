@@ -1,23 +1,19 @@
 #include "coupling/moved_moments.hpp"
 
 #include <cstddef>
-#include <numeric>
-#include <utility>
+
+#include "core/disjoint_sets.hpp"
 
 namespace talus::coupling {
 
 std::vector<Vec3> keep_momenta(std::span<MovedBody> bodies, std::span<const MovedPair> pairs) {
-  const std::size_t fixed = bodies.size();   // the last member of `to`
-  std::vector<std::size_t> to(fixed + 1);    // towards the body that stands for its cluster
-  std::iota(to.begin(), to.end(), std::size_t{0});
-  const auto cluster_of = [&](std::size_t i) {
-    while (to[i] != i) i = to[i] = to[to[i]];
-    return i;
-  };
-  const auto join = [&](std::size_t i, std::size_t k) { to[cluster_of(i)] = cluster_of(k); };
-  for (const MovedPair& p : pairs) join(static_cast<std::size_t>(p.b), p.a < 0 ? fixed : static_cast<std::size_t>(p.a));
-  for (std::size_t i = 0; i < fixed; ++i)
-    if (bodies[i].held) join(i, fixed);
+  const std::size_t fixed = bodies.size();   // stands for all that is
+  const int at_fixed = static_cast<int>(fixed);
+  DisjointSets clusters(at_fixed + 1);
+  for (const MovedPair& p : pairs) clusters.join(p.b, p.a < 0 ? at_fixed : p.a);
+  for (int i = 0; i < at_fixed; ++i)
+    if (bodies[static_cast<std::size_t>(i)].held) clusters.join(i, at_fixed);
+  const auto cluster_of = [&](std::size_t i) { return static_cast<std::size_t>(clusters.root(static_cast<int>(i))); };
 
   struct Mean { double mass = 0; Vec3 way = Vec3::Zero(), velocity = Vec3::Zero(); };
   std::vector<Mean> means(fixed + 1);

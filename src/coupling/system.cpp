@@ -8,7 +8,6 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <utility>
 
@@ -196,12 +195,21 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
   SystemState before = state_;
   std::vector<std::vector<double>> structures_before(env_.structures.size());
   std::vector<SkinBefore> skins_before(env_.structures.size());
-  const auto keep_structure = [&](std::size_t q) {
-    save_here(*env_.structures[q].structure, structures_before[q]);
-    if (!env_.structures[q].fixed_surface) skins_before[q] = {env_.structures[q].structure->surface().revision, env_.structures[q].structure->surface().vertices};
+  // As it is when the stretch begins: kept, or where it has been stepped in vain, put back.
+  std::vector<char> started(env_.structures.size(), 0);
+  const auto start_structure = [&](std::size_t q) {
+    StructurePart& part = env_.structures[q];
+    if (std::exchange(started[q], 1) != 0) {
+      restore_here(*part.structure, structures_before[q]);
+      bring_up_to_date(part);
+      state_.surface_contacts[q] = before.surface_contacts[q];
+      return;
+    }
+    save_here(*part.structure, structures_before[q]);
+    if (!part.fixed_surface) skins_before[q] = {part.structure->surface().revision, part.structure->surface().vertices};
   };
   for (std::size_t q = 0; q < env_.structures.size(); ++q)
-    if (p.structure_used[q]) keep_structure(q);
+    if (p.structure_used[q]) start_structure(q);
   for (const Island& island : p.islands)
     for (int b : island.blocks) state_.asleep[static_cast<std::size_t>(b)] = 0;
   state_.ledger.vegetation_work += brake_in_vegetation(model_, env_, state_.blocks, 0.5 * duration);
@@ -237,43 +245,10 @@ bool CoupledSystem::stretch(double duration, const std::atomic<int>* stop, std::
     if (p.beside.empty() || std::ranges::any_of(reports, ended)) break;
     const Pairs more = meetings(p, reports, begun, duration);
     if (more.empty()) break;
-    // What met is one island after all: stepped anew, from where it began.
     met.insert(met.end(), more.begin(), more.end());
-    std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
-    for (std::size_t i = 0; i < reports.size(); ++i) stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
-    Plan joined;
-    std::swap(state_, before);
-    plan(duration, joined, wider_, met);
-    std::swap(state_, before);
-    std::vector<IslandReport> known(joined.islands.size());
-    due.clear();
-    for (std::size_t i = 0; i < known.size(); ++i) {
-      const Island& island = joined.islands[i];
-      if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
-        known[i] = std::move(reports[same->second]);
-        continue;
-      }
-      due.push_back(i);
-      for (const int b : island.blocks) {
-        const auto k = static_cast<std::size_t>(b);
-        dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
-        if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
-        state_.contacts[k] = before.contacts[k];
-        state_.asleep[k] = 0;
-      }
-      for (const int q : island.structures) {
-        const auto k = static_cast<std::size_t>(q);
-        if (p.structure_used[k] != 0) {
-          restore_here(*env_.structures[k].structure, structures_before[k]);
-          bring_up_to_date(env_.structures[k]);
-          state_.surface_contacts[k] = before.surface_contacts[k];
-        } else {
-          keep_structure(k);
-        }
-      }
-    }
-    p = std::move(joined);
-    reports = std::move(known);
+    due = join_met(met, duration, before, begun, p, reports);
+    for (const std::size_t i : due)
+      for (const int q : p.islands[i].structures) start_structure(static_cast<std::size_t>(q));
   }
 
   bool stopped = false;

@@ -137,6 +137,7 @@ class CoupledSystem {
   bool touched(int i, int j) const;
   bool will_meet(int i, int j, double stretch) const;
   Pairs meetings(const Plan& p, std::span<const IslandReport> reports, const dda::State& begun, double stretch) const;
+  std::vector<std::size_t> join_met(const Pairs& met, double stretch, SystemState& before, const dda::State& begun, Plan& p, std::vector<IslandReport>& reports);
   bool meets_others(double stretch, const Plan& p, SystemState& before);
   void pair_structures(double stretch, std::span<const Farther> farther, Plan& p) const;
   void group(const Pairs& pairs, std::span<const CandidatePair> fixed, DisjointSets& sets, Plan& p) const;

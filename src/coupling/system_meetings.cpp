@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 #include "contact/apart.hpp"
 #include "contact/parallel.hpp"
@@ -20,6 +21,17 @@ contact::Motion part(const contact::Motion& m, double s0, double s1) {
   out.half_gravity_step = (s1 - s0) * (s1 - s0) * m.half_gravity_step;
   out.rotation = (s1 - s0) * m.rotation;
   return out;
+}
+
+/// True if two bodies come within `level` of each other on these motions; the bound on their relative way
+/// spares most the search.
+bool meet(const Polyhedron& A, const contact::Motion& a, const Polyhedron& B, const contact::Motion& b,
+          double level) {
+  const double way = (b.displacement - a.displacement).norm() +
+                     0.25 * (b.half_gravity_step - a.half_gravity_step).norm() +
+                     A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
+  return !contact::apart(A, a.start, B, b.start, level + way) &&
+         contact::time_of_impact(A, a, B, b, level) <= 1;
 }
 
 /// A block's way over a stretch; one that was not stepped stays where it is.
@@ -82,12 +94,7 @@ bool CoupledSystem::will_meet(int i, int j, double duration) const {
     m.rotation = duration * s.w[k];
     return m;
   };
-  const contact::Motion a = foreseen(i), b = foreseen(j);
-  const double way = (b.displacement - a.displacement).norm() +
-                     0.25 * (b.half_gravity_step - a.half_gravity_step).norm() +
-                     A.radius * a.rotation.norm() + B.radius * b.rotation.norm();
-  return !contact::apart(A, a.start, B, b.start, level + way) &&
-         contact::time_of_impact(A, a, B, b, level) <= 1;
+  return meet(A, foreseen(i), B, foreseen(j), level);
 }
 
 /// Joins what is stepped as one: what shares a structure, and of all that may come near each other within the
@@ -128,7 +135,8 @@ void CoupledSystem::join_clusters(double duration, const Pairs& pairs, const Pai
     } else if (clusters.root(pair.first) != clusters.root(pair.second) &&
                will_meet(pair.first, pair.second, duration)) {
       clusters.join(pair.first, pair.second);
-      contacts[static_cast<std::size_t>(pair.first)] += 4;  // of two faces
+      contacts[static_cast<std::size_t>(pair.first)] +=
+          4;  // of two faces: an edge has fewer, a guess too low is dear
     }
   }
   struct Cluster {
@@ -163,7 +171,7 @@ CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const Isla
   for (std::size_t i = 0; i < reports.size(); ++i)
     for (std::size_t k = 0; k < reports[i].ways.size(); ++k)
       ways[static_cast<std::size_t>(p.islands[i].blocks[k])] = reports[i].ways[k];
-  std::vector<char> meet(p.beside.size(), 0);
+  std::vector<char> came(p.beside.size(), 0);
   const double from = state_.time, to = state_.time + duration;
   const auto look = [&](int first, int last) {
     for (auto k = static_cast<std::size_t>(first); k < static_cast<std::size_t>(last); ++k) {
@@ -173,23 +181,52 @@ CoupledSystem::Pairs CoupledSystem::meetings(const Plan& p, std::span<const Isla
       const double level = 1e-2 * (touching(i) + touching(j));  // both were farther apart at the start
       Way a(ways[static_cast<std::size_t>(i)], dda::pose(begun, i)),
           b(ways[static_cast<std::size_t>(j)], dda::pose(begun, j));
-      for (double t = from; meet[k] == 0 && t < to;) {
+      for (double t = from; came[k] == 0 && t < to;) {
         const double end = std::min(a.next(t, to), b.next(t, to));
-        const contact::Motion of_a = a.between(t, end), of_b = b.between(t, end);
-        const double way = (of_b.displacement - of_a.displacement).norm() +
-                           0.25 * (of_b.half_gravity_step - of_a.half_gravity_step).norm() +
-                           A.radius * of_a.rotation.norm() + B.radius * of_b.rotation.norm();
-        if (!contact::apart(A, of_a.start, B, of_b.start, level + way))
-          meet[k] = contact::time_of_impact(A, of_a, B, of_b, level) <= 1;
+        came[k] = meet(A, a.between(t, end), B, b.between(t, end), level);
         t = end;
       }
     }
   };
   contact::in_ranges(static_cast<int>(p.beside.size()), pairs_at_once, look);
   Pairs met;
-  for (std::size_t k = 0; k < meet.size(); ++k)
-    if (meet[k] != 0) met.push_back(p.beside[k]);
+  for (std::size_t k = 0; k < came.size(); ++k)
+    if (came[k] != 0) met.push_back(p.beside[k]);
   return met;
+}
+
+/// Plans the stretch anew with what met as one island. Islands that stay as they were keep their reports; the
+/// blocks of the others, which are due again, go back to where they began.
+std::vector<std::size_t> CoupledSystem::join_met(const Pairs& met, double duration, SystemState& before,
+                                                 const dda::State& begun, Plan& p,
+                                                 std::vector<IslandReport>& reports) {
+  std::map<std::pair<std::vector<int>, std::vector<int>>, std::size_t> stepped;
+  for (std::size_t i = 0; i < reports.size(); ++i)
+    stepped[{p.islands[i].blocks, p.islands[i].structures}] = i;
+  Plan joined;
+  std::swap(state_, before);
+  plan(duration, joined, wider_, met);
+  std::swap(state_, before);
+  std::vector<IslandReport> kept(joined.islands.size());
+  std::vector<std::size_t> due;
+  for (std::size_t i = 0; i < kept.size(); ++i) {
+    const Island& island = joined.islands[i];
+    if (const auto same = stepped.find({island.blocks, island.structures}); same != stepped.end()) {
+      kept[i] = std::move(reports[same->second]);
+      continue;
+    }
+    due.push_back(i);
+    for (const int b : island.blocks) {
+      const auto k = static_cast<std::size_t>(b);
+      dda::set_block_state(state_.blocks, b, dda::block_state(begun, b));
+      if (!begun.slid.empty()) state_.blocks.slid[k] = begun.slid[k];
+      state_.contacts[k] = before.contacts[k];
+      state_.asleep[k] = 0;
+    }
+  }
+  p = std::move(joined);
+  reports = std::move(kept);
+  return due;
 }
 
 }  // namespace talus::coupling
