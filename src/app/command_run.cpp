@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::atomic<int> stop_signal{0};
+std::atomic<int> run_stop_signal{0};
 static_assert(std::atomic<int>::is_always_lock_free);
 
 /// A step of a large system may last: for so long it may come to its end, which saves all up to there. Then the run ends as if it had been killed, and --resume goes on from its last checkpoint.
@@ -40,11 +40,11 @@ constexpr unsigned patience = 5;   // [s]
 extern "C" void on_patience_ended(int) {
   constexpr char text[] = "talus: the step at hand did not end in time; --resume goes on from the last checkpoint\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, text, sizeof text - 1);
-  ::_exit(128 + stop_signal.load());
+  ::_exit(128 + run_stop_signal.load());
 }
 
 extern "C" void on_signal(int number) {
-  stop_signal.store(number);
+  run_stop_signal.store(number);
   std::signal(SIGALRM, on_patience_ended);
   ::alarm(patience);
   // A second SIGINT, from the keyboard, ends the program at once. `timeout` and service managers send SIGTERM twice and mean one.
@@ -235,14 +235,14 @@ int run_scene(scene::Scene scene, const Options& options, bool carry_blocks) {
   }
   if (!writes) {
     sim::Sink silent;
-    const sim::RunResult result = simulation.run(silent, &stop_signal);
+    const sim::RunResult result = simulation.run(silent, &run_stop_signal);
     ::alarm(0);   // from here on it comes to its end by itself
     simulation.save();   // by all ranks
     if (io::has_ended(result.status)) simulation.final_state();
     return result.exit_code;
   }
   RecordingSink sink(*recorder, hash);
-  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &stop_signal, [&] {
+  const auto [result, summary] = record_run(simulation, *recorder, sink, hash, &run_stop_signal, [&] {
     sink.end_line();
     ::alarm(0);   // from here on it comes to its end by itself
   });

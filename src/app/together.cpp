@@ -15,7 +15,7 @@ Ranks* started = nullptr;        // null: one process, or MPI did not start
 std::FILE* own_voice = stderr;   // of a rank whose stderr is closed
 
 constexpr int go_on = 1, end = 2;   // purposes of a meeting
-constexpr double patience = 5, forever = 1e9;   // [s]; others that fail for the same reason arrive within the first
+constexpr double wait_for_others = 5, forever = 1e9;   // [s]; others that fail for the same reason arrive within the first
 
 void print(std::FILE* to, const std::string& text) {
   std::fflush(stdout);
@@ -59,7 +59,7 @@ int end_together(const std::string& text, int code, bool failed) {
     return code;
   }
   std::fflush(stdout);
-  if (started->meet(end, failed ? patience : forever)) {
+  if (started->meet(end, failed ? wait_for_others : forever)) {
     if (!text.empty()) print(stderr, text);
     return code;
   }

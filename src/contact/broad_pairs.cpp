@@ -12,7 +12,7 @@ struct Entry {
   int id;
 };
 
-struct Scratch {
+struct SweepScratch {
   std::vector<Entry> sorted, strip;
   std::vector<int> first, at;
 };
@@ -23,7 +23,7 @@ constexpr int most_strips = 64;
 
 void overlapping_pairs(std::span<const Box3> boxes, std::vector<std::pair<int, int>>& pairs) {
   pairs.clear();
-  thread_local Scratch s;
+  thread_local SweepScratch s;
   auto& list = s.sorted;
   list.clear();
   list.reserve(boxes.size());

@@ -38,12 +38,12 @@ struct Levels {
   double aim;   // a little below, so that the advance arrives
 };
 
-struct Scratch {
+struct AdvanceScratch {
   Hull a, b, start;
   std::vector<int> triangles;
   std::vector<std::pair<Vec3, double>> pressed;  // normal and gap of the triangles in contact at the start
 };
-thread_local Scratch scratch;
+thread_local AdvanceScratch advance_scratch;
 
 Mover mover(const Polyhedron& p, const Motion& m) { return {&p, &m, p.radius * narrow::stretch_bound(m.start.F)}; }
 
@@ -123,7 +123,7 @@ Bound bound_along(const Mover& A, const Mover& B, bool owner_is_a, const Vec3& n
 
 /// First s in [from, to] where the gap falls to levels.stop; `never` if it does not.
 double advance(const Mover& A, const Mover& B, double from, double to, const Levels& levels) {
-  Hull &a = scratch.a, &b = scratch.b;
+  Hull &a = advance_scratch.a, &b = advance_scratch.b;
   double s = from;
   for (int iteration = 0; iteration < most_advances; ++iteration) {
     const Situation now = look(A, B, s, a, b);
@@ -229,7 +229,7 @@ void pieces(const Mover& m, FlatTriangle& flat, const Box3& box, double s0, doub
 }
 
 /// A convex piece of a body, -1 for itself, and its box over the time that it was looked for.
-struct Piece {
+struct MovingTriangle {
   int triangle;
   Box3 box;
 };
@@ -238,7 +238,7 @@ struct Piece {
 /// thousands of pairs of triangles beside each other, and nearly all are cleared so.
 struct AlongFace { double gap = -std::numeric_limits<double>::infinity(); bool clear = false; };
 AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
-  Hull &a = scratch.a, &b = scratch.b;
+  Hull &a = advance_scratch.a, &b = advance_scratch.b;
   const Pose &pa = A.motion->start, &pb = B.motion->start;
   const Vec3 between = pb.c - pa.c;
   a.set(*A.p, Vec3::Zero(), pa.F);
@@ -257,7 +257,7 @@ AlongFace along_faces(const Mover& A, const Mover& B, double to, double aim) {
 }
 
 /// The pieces that may meet `box` over [0, s1].
-void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std::vector<Piece>& out) {
+void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std::vector<MovingTriangle>& out) {
   out.clear();
   if (m.p->convex) {
     out.push_back({-1, swept(m, 0, s1, margin)});
@@ -271,7 +271,7 @@ void find_pieces(const Mover& m, const Box3& box, double s1, double margin, std:
 /// Calls use(a, b) for the pairs of pieces whose boxes meet over [0, s1].
 template <class Use>
 void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double s1, double margin, Use&& use) {
-  thread_local std::vector<Piece> of_a, of_b;
+  thread_local std::vector<MovingTriangle> of_a, of_b;
   find_pieces(a, common, s1, margin, of_a);
   find_pieces(b, common, s1, margin, of_b);
   const auto with = [](const Mover& m, FlatTriangle& flat, int triangle, auto&& then) {
@@ -279,9 +279,9 @@ void pairs_of_pieces(const Mover& a, const Mover& b, const Box3& common, double 
     const auto& t = m.p->triangles[static_cast<std::size_t>(triangle)];
     if (flat.set(m.p->vertices[t[0]], m.p->vertices[t[1]], m.p->vertices[t[2]])) then(Mover{&flat.p, m.motion, m.reach});
   };
-  for (const Piece& p : of_a)
+  for (const MovingTriangle& p : of_a)
     with(a, flat_a, p.triangle, [&](const Mover& piece_a) {
-      for (const Piece& q : of_b)
+      for (const MovingTriangle& q : of_b)
         if (meet(p.box, q.box)) with(b, flat_b, q.triangle, [&](const Mover& piece_b) { use(piece_a, piece_b); });
     });
 }
@@ -293,13 +293,13 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
   const Box3 box_a = swept(a, 0, 1, tolerance), box_b = swept(b, 0, 1, tolerance);
   if (!meet(box_a, box_b)) return never;
   if (A.convex && B.convex) {
-    const double gap = look(a, b, 0, scratch.a, scratch.b).gap;
+    const double gap = look(a, b, 0, advance_scratch.a, advance_scratch.b).gap;
     return advance(a, b, 0, 1, levels_for(gap, gap <= tolerance, tolerance));
   }
   const Box3 common = box_a.intersection(box_b);
   double start = std::numeric_limits<double>::infinity();
   pairs_of_pieces(a, b, common, 0, tolerance, [&](const Mover& pa, const Mover& pb) {
-    if (along_faces(pa, pb, 0, 0).gap < start) start = std::min(start, look(pa, pb, 0, scratch.a, scratch.b).gap);
+    if (along_faces(pa, pb, 0, 0).gap < start) start = std::min(start, look(pa, pb, 0, advance_scratch.a, advance_scratch.b).gap);
   });
   const Levels levels = levels_for(start, start <= tolerance, tolerance);
   double first = never;
@@ -312,7 +312,7 @@ double time_of_impact(const Polyhedron& A, const Motion& motion_a, const Polyhed
 
 double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& motion, double tolerance) {
   const Mover b = mover(B, motion);
-  Hull& hull = scratch.b;
+  Hull& hull = advance_scratch.b;
   const Vec3& n = plane.normal;
   double s = 0;
   Levels levels{};
@@ -346,7 +346,7 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   const auto& T = surface.surface.triangles;
   // Triangles near the path over [s0, s1], in ascending order.
   const auto candidates = [&](const Box3& box) {
-    auto& list = scratch.triangles;
+    auto& list = advance_scratch.triangles;
     list.clear();
     surface.tree.traverse(
         [&](const Vec3& lo, const Vec3& hi) {
@@ -368,17 +368,17 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
   };
 
   bool touching = false;
-  auto& pressed = scratch.pressed;
+  auto& pressed = advance_scratch.pressed;
   pressed.clear();
   candidates(swept(b, 0, 0, tolerance));
-  scratch.start.set(B, motion_b.start.c, motion_b.start.F);
-  for (const int t : scratch.triangles) {
+  advance_scratch.start.set(B, motion_b.start.c, motion_b.start.F);
+  for (const int t : advance_scratch.triangles) {
     const Vec3& out = surface.normal[t];
-    if (scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance) continue;   // the whole block is above its plane
+    if (advance_scratch.start.min_height(out) - out.dot(X[T[t][0]]) > 2 * tolerance) continue;   // the whole block is above its plane
     with_triangle(t, [&](const Mover& a) {
       double gap = std::numeric_limits<double>::infinity();
       pieces(b, flat_b, surface.triangle_box(t), 0, 0, 2 * tolerance,
-             [&](const Mover& piece) { gap = std::min(gap, look(a, piece, 0, scratch.a, scratch.b).gap); });
+             [&](const Mover& piece) { gap = std::min(gap, look(a, piece, 0, advance_scratch.a, advance_scratch.b).gap); });
       if (gap > tolerance) return;
       touching = true;
       if (gap < 0) pressed.emplace_back(surface.normal[t], gap);
@@ -412,11 +412,11 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
     }
     candidates(box);
     double first = never;
-    scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
-    Bound above{&scratch.start, Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero(), motion_b.rotation, velocity(motion_b, span.s0),
+    advance_scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
+    Bound above{&advance_scratch.start, Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero(), motion_b.rotation, velocity(motion_b, span.s0),
                 2 * motion_b.half_gravity_step, 0, b.reach};
     const Vec3 centre = motion_b.at(span.s0).c;
-    for (const int t : scratch.triangles) {
+    for (const int t : advance_scratch.triangles) {
       // Most triangles are cleared at once: the whole block stays above their plane.
       const Levels level = levels(t);
       above.n = surface.normal[t];

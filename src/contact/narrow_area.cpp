@@ -6,15 +6,15 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-struct Scratch {
+struct AreaScratch {
   std::vector<ClipVertex> polygon, clipped;
   std::vector<int> chosen;
   std::vector<double> angle;
 };
-thread_local Scratch scratch;
+thread_local AreaScratch area_scratch;
 
 /// Area of triangle t clipped by the convex polygon / triangle q, both within `lean` of opposed.
-double clipped_area(Scratch& w, const Patch::Triangle& t, const Patch::Triangle& q) {
+double clipped_area(AreaScratch& w, const Patch::Triangle& t, const Patch::Triangle& q) {
   w.polygon.clear();
   w.polygon.push_back({t.a, 0, 0});
   w.polygon.push_back({t.b, 0, 0});
@@ -31,7 +31,7 @@ double clipped_area(Scratch& w, const Patch::Triangle& t, const Patch::Triangle&
 
 /// Distributes the area on which face `face` of B presses over the contact points on it, so that the weights sum to the
 /// area and, for the hull of the points, keep the centroid.
-void assign_area(Scratch& w, const std::vector<int>& which, const Vec3& n, double area, std::vector<ContactPoint>& points) {
+void assign_area(AreaScratch& w, const std::vector<int>& which, const Vec3& n, double area, std::vector<ContactPoint>& points) {
   if (which.empty() || area <= 0) return;
   if (which.size() < 3) {
     for (const int i : which) points[i].area += area / static_cast<double>(which.size());
@@ -90,7 +90,7 @@ void assign_area(Scratch& w, const std::vector<int>& which, const Vec3& n, doubl
 }  // namespace
 
 void press_areas(const Search& s, const Polyhedron& b, std::vector<ContactPoint>& points) {
-  Scratch& w = scratch;
+  AreaScratch& w = area_scratch;
   thread_local std::vector<int> seen;
   seen.clear();
   for (std::size_t i = 0; i < s.B.triangles.size(); ++i) {

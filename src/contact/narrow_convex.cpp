@@ -5,12 +5,12 @@
 namespace talus::contact::narrow {
 namespace {
 
-struct Scratch {
+struct ConvexScratch {
   Hull a, b;
   ManifoldScratch clip;
   std::vector<ContactPoint> points;
 };
-thread_local Scratch scratch;
+thread_local ConvexScratch convex_scratch;
 
 /// Touching or overlapping: the crossing edges, the faces' manifold, or the deepest vertex along the best face axis.
 void meet(const HullPair& pair, const Axis& of_a, const Axis& of_b, const EdgeAxis& edge, std::vector<ContactPoint>& points) {
@@ -53,7 +53,7 @@ bool apart_along(const Hull& a, const Hull& b, const Vec3& between, double margi
 
 int convex_convex(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b, const Pose& pose_b, double margin,
                   std::vector<ContactPoint>& out) {
-  Scratch& s = scratch;
+  ConvexScratch& s = convex_scratch;
   const Vec3 between = pose_b.c - pose_a.c;
   const double ra = a.radius * stretch_bound(pose_a.F), rb = b.radius * stretch_bound(pose_b.F);
   const double reach = ra + rb + margin;

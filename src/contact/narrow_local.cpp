@@ -5,12 +5,12 @@
 namespace talus::contact::narrow {
 namespace {
 
-struct Scratch {
+struct LocalScratch {
   Patch a, b;
   std::vector<ContactPoint> points;
   Hull hull;
 };
-thread_local Scratch scratch;
+thread_local LocalScratch local_scratch;
 
 /// A vertex on a vertex is found from both sides, a crossing at a corner from two edges: the first one stays.
 void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
@@ -26,7 +26,7 @@ void remove_doubles(const Search& s, std::vector<ContactPoint>& points) {
   points.resize(kept);
 }
 
-int finish(const Search& s, const Polyhedron& b, const Vec3& origin, Scratch& w, std::vector<ContactPoint>& out) {
+int finish(const Search& s, const Polyhedron& b, const Vec3& origin, LocalScratch& w, std::vector<ContactPoint>& out) {
   auto& points = w.points;
   points.clear();
   vertex_face(s, s.A, s.B, true, points);
@@ -61,7 +61,7 @@ int concave_concave(const Polyhedron& a, const Pose& pose_a, const Polyhedron& b
   box_a.min() -= grow, box_a.max() += grow, box_b.min() -= grow, box_b.max() += grow;
   const Box3 common = box_a.intersection(box_b);
   if (common.isEmpty()) return 0;
-  Scratch& w = scratch;
+  LocalScratch& w = local_scratch;
   gather(a, between, pose_a.F, common, w.a);
   gather(b, Vec3::Zero(), pose_b.F, common, w.b);
   if (w.a.triangles.empty() || w.b.triangles.empty()) return 0;
@@ -78,7 +78,7 @@ int surface_polyhedron(const SurfaceIndex::Impl& surface, const Polyhedron& b, c
   for (const auto& x : b.vertices) box.extend(pose_b.F * x);
   box.min().array() -= margin + touch;
   box.max().array() += margin + touch;
-  Scratch& w = scratch;
+  LocalScratch& w = local_scratch;
   gather(surface, pose_b.c, box, w.a);
   if (w.a.triangles.empty()) return 0;
   // An edge or vertex of a triangle whose plane the whole block clears by the margin is out of reach. (The triangles stay:

@@ -10,17 +10,17 @@ namespace {
 
 using contact::Column;
 using contact::Footprint;
-using Plane = Vec3;   // in the middle of the face, and its slopes along the axes [m, 1, 1]
+using CraterPlane = Vec3;   // in the middle of the face, and its slopes along the axes [m, 1, 1]
 
 /// Columns of a face below one facet of the block in one cell.
 struct Patch {
   int cell, facet;
-  Plane depth;                                                   // of the facet
+  CraterPlane depth;                                                   // of the facet
   double area = 0;                                               // that has sunk in [m^2]
   double deepest = -std::numeric_limits<double>::infinity();     // [m]
   bool crushed = false, own = false;                             // it has a floor; that was known
-  Plane floor = Plane::Zero(), before = Plane::Zero();           // y, now and before it was crushed
-  Plane over = Plane::Zero();                                    // g
+  CraterPlane floor = CraterPlane::Zero(), before = CraterPlane::Zero();           // y, now and before it was crushed
+  CraterPlane over = CraterPlane::Zero();                                    // g
   double least = std::numeric_limits<double>::infinity();        // g_0 [m]
   double yields = 0, squares = 0;                                // numerator and denominator of a
 };
@@ -28,8 +28,8 @@ struct Patch {
 /// For the value of a plane there: (1, a, b).
 Vec3 at(const Footprint& part, const Vec3& x) { return {1, part.u.dot(x - part.centre), part.v.dot(x - part.centre)}; }
 
-Plane facet_plane(const Footprint& part, const Column& c) {
-  Plane plane(0, c.lift.dot(part.u), c.lift.dot(part.v));
+CraterPlane facet_plane(const Footprint& part, const Column& c) {
+  CraterPlane plane(0, c.lift.dot(part.u), c.lift.dot(part.v));
   plane[0] = c.depth[0] - plane.dot(at(part, c.place[0]));
   return plane;
 }
@@ -107,14 +107,14 @@ class Crusher {
       if (p.own) continue;
       const double left = deepest_[cell(p)] - greatest_[cell(p)];
       if (const Patch* n = neighbour(p)) start(p, n->depth - n->floor);
-      else if (std::isfinite(greatest_[cell(p)])) start(p, Plane(left > comes_to ? 0.0 : left, 0, 0));
-      else if (late || (!known.empty() && p.deepest > comes_to)) start(p, Plane::Zero());
+      else if (std::isfinite(greatest_[cell(p)])) start(p, CraterPlane(left > comes_to ? 0.0 : left, 0, 0));
+      else if (late || (!known.empty() && p.deepest > comes_to)) start(p, CraterPlane::Zero());
     }
     for (Patch& p : patches_) {
       p.before = p.floor;
       if (p.crushed || !(p.deepest > limit_)) continue;
-      start(p, Plane(limit_, 0, 0));
-      p.before = Plane(-std::numeric_limits<double>::infinity(), 0, 0);   // as new
+      start(p, CraterPlane(limit_, 0, 0));
+      p.before = CraterPlane(-std::numeric_limits<double>::infinity(), 0, 0);   // as new
     }
   }
 
@@ -133,7 +133,7 @@ class Crusher {
     for (Patch& p : patches_) {
       if (std::isinf(p.least)) continue;
       if (p.least >= 0) p.floor += p.over;
-      else if (p.yields > 0) p.floor += p.yields / p.squares * (p.over - Plane(p.least, 0, 0));
+      else if (p.yields > 0) p.floor += p.yields / p.squares * (p.over - CraterPlane(p.least, 0, 0));
     }
   }
 
@@ -190,7 +190,7 @@ class Crusher {
     return largest;
   }
 
-  static void start(Patch& p, const Plane& left) {
+  static void start(Patch& p, const CraterPlane& left) {
     p.floor = p.depth - left;
     p.crushed = true;
   }

@@ -8,18 +8,10 @@
 namespace talus::coupling {
 namespace {
 
-Vec3 rotation_vector(const Quat& q) {
-  const double w = q.w() < 0 ? -q.w() : q.w();
-  const Vec3 v = q.w() < 0 ? Vec3(-q.vec()) : Vec3(q.vec());
-  const double s = v.norm();
-  if (s < 1e-12) return 2 * v;
-  return (2 * std::atan2(s, w) / s) * v;
-}
-
 }  // namespace
 
 void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
-  b.turn = rotation_vector(q_end * b.q0.conjugate());
+  b.turn = dda::rotation_vector(q_end * b.q0.conjugate());
   b.mid_c = 0.5 * (b.start.c + b.ref.c);
   b.about = b.leapfrog ? b.start.c : b.mid_c;
   if (b.turn.isZero(0)) {

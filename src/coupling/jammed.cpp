@@ -17,7 +17,7 @@ struct Side {
   const Touch* touch = nullptr;
 };
 
-bool before(const Side& a, const Side& b) { return a.block < b.block; }
+bool side_before(const Side& a, const Side& b) { return a.block < b.block; }
 
 }  // namespace
 
@@ -31,12 +31,12 @@ void spare_jammed(std::span<const Touch> touches, double closed, double kept, co
     if (t.a.kind == Partner::Kind::block) sides.push_back({t.a.index, -t.normal, &t});
   }
   if (!any) return;
-  std::stable_sort(sides.begin(), sides.end(), before);
+  std::stable_sort(sides.begin(), sides.end(), side_before);
   std::vector<int> spared;   // all by what was asked at first, whatever their order
   for (const Side& s : sides) {
     if (!(row_of(problem, *s.touch).bias[0] < 0)) continue;
     const bool rebound = s.touch->a.kind != Partner::Kind::structure;
-    const auto [first, last] = std::equal_range(sides.begin(), sides.end(), s, before);
+    const auto [first, last] = std::equal_range(sides.begin(), sides.end(), s, side_before);
     if (std::any_of(first, last, [&](const Side& o) { return s.normal.dot(o.normal) < facing && (!rebound || (o.touch->a == s.touch->a && o.touch->b == s.touch->b)); }))
       spared.push_back(s.touch->row);
   }

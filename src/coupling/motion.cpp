@@ -10,17 +10,9 @@
 namespace talus::coupling {
 namespace {
 
-/// Axis times angle in [0, pi] of a rotation.
-Vec3 rotation_vector(const Quat& q) {
-  const double w = std::abs(q.w());
-  const Vec3 v = q.w() < 0 ? Vec3(-q.vec()) : Vec3(q.vec());
-  const double s = v.norm();
-  return s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, w) / s * v);
-}
-
 /// The rotation vector from a to b, of all that differ by whole turns the one nearest to `expected`.
 Vec3 turn_between(const Quat& a, const Quat& b, const Vec3& expected) {
-  const Vec3 turn = rotation_vector(b * a.conjugate());
+  const Vec3 turn = dda::rotation_vector(b * a.conjugate());
   const double angle = turn.norm();
   const Vec3 axis = angle > 1e-9 ? Vec3(turn / angle) : expected.norm() > 1 ? Vec3(expected.normalized()) : Vec3(Vec3::Zero());
   const double turns = std::round((axis.dot(expected) - angle) / (2 * std::numbers::pi));
@@ -63,7 +55,7 @@ bool flies(const dda::Model::Block& b, const Vec3& gravity, double t1, double h,
   const dda::BlockState free = flown(b, gravity, start, h);
   const double speed = start.v.norm() + end.v.norm();
   return (free.v - end.v).norm() <= round_off * (speed + t1 * gravity.norm()) && (free.c - end.c).norm() <= round_off * (start.c.norm() + end.c.norm() + t1 * speed) &&
-         (free.w - end.w).norm() <= of_turns * (1 + t1) * end.w.norm() && rotation_vector(free.q * end.q.conjugate()).norm() <= of_turns * (1 + t1);
+         (free.w - end.w).norm() <= of_turns * (1 + t1) * end.w.norm() && dda::rotation_vector(free.q * end.q.conjugate()).norm() <= of_turns * (1 + t1);
 }
 
 double dissipated(const Ledger& l) { return l.dissipated(); }

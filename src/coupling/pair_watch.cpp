@@ -9,7 +9,7 @@ namespace talus::coupling {
 namespace {
 
 constexpr double carried_way = 3e-3;   // of the smaller radius: as far as points of a pair that touches are carried along
-constexpr double steps_ahead = 16;     // a search reaches so many steps beyond the one that asks,
+constexpr double search_steps = 16;     // a search reaches so many steps beyond the one that asks,
 constexpr double steps_apart = 64;     // of a pair that was apart by then so many
 constexpr double skin_ahead = 0.15;    // of the block's radius: vertices of the skin so near are watched one by one
 
@@ -115,7 +115,7 @@ void PairWatch::search(const dda::Model& m, const dda::State& s, const Environme
   thread_local std::vector<FoundPoint> found;
   found.clear();
   const bool apart = searched_ >= 0 && least_ > margin;
-  searched_ = margin + std::max((apart ? steps_apart : steps_ahead) * reach, carried_way * smaller_radius(m, pair));
+  searched_ = margin + std::max((apart ? steps_apart : search_steps) * reach, carried_way * smaller_radius(m, pair));
   b_ = dda::pose(s, pair.b);
   if (pair.a.kind == Partner::Kind::block) a_ = dda::pose(s, pair.a.index);
   find_points(m, s, env, pair, searched_, found);

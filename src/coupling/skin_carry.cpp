@@ -8,8 +8,8 @@
 namespace talus::coupling {
 namespace {
 
-constexpr double most_growth = 4;     // of an indentation or elongation
-constexpr double near_enough = 0.5;   // cosine between the normals of what vanished and what takes over
+constexpr double most_skin_growth = 4;     // of an indentation or elongation
+constexpr double near_enough_on_skin = 0.5;   // cosine between the normals of what vanished and what takes over
 
 struct Heir {
   Touch* touch;
@@ -20,15 +20,15 @@ struct Heir {
   double energy_at(double s) const { return 0.5 * (touch->normal_law.stored(std::max(0.0, s * deep - sunk)) + touch->normal_law.stored(s * deep)); }
 };
 
-/// s in [1, most_growth] by which indentations are to grow to hold `more`.
+/// s in [1, most_skin_growth] by which indentations are to grow to hold `more`.
 double growth_for(const std::vector<Heir>& heirs, double more) {
   const auto gained = [&](double s) {
     double sum = 0;
     for (const Heir& h : heirs) sum += h.energy_at(s) - h.energy;
     return sum;
   };
-  if (gained(most_growth) <= more) return most_growth;
-  double low = 1, high = most_growth;
+  if (gained(most_skin_growth) <= more) return most_skin_growth;
+  double low = 1, high = most_skin_growth;
   for (int i = 0; i < 60; ++i) {
     const double s = 0.5 * (low + high);
     (gained(s) > more ? high : low) = s;
@@ -50,7 +50,7 @@ void stretch(const std::vector<Heir>& heirs, double more) {
   double held = 0;
   for (const Heir& h : heirs) held += h.touch->sheared;
   if (!(held > 0)) return;
-  const double by = std::min(most_growth * most_growth, 1 + more / held);
+  const double by = std::min(most_skin_growth * most_skin_growth, 1 + more / held);
   for (const Heir& h : heirs) {
     Touch& t = *h.touch;
     t.shear *= std::sqrt(by);
@@ -73,7 +73,7 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std:
   thread_local std::vector<Heir> heirs;
   heirs.clear();
   const auto alike = [](const Touch& t) {
-    return std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) { return m->normal.dot(t.at.normal) > near_enough; });
+    return std::any_of(lost.begin(), lost.end(), [&](const ContactMemory* m) { return m->normal.dot(t.at.normal) > near_enough_on_skin; });
   };
   for (Touch& t : touches) {
     const bool springs_back = t.stiffness > 0 && t.law->kind != ContactLaw::Kind::crushing;
@@ -83,7 +83,7 @@ void leave_to_others(std::uint64_t partner, std::span<Touch> touches, const std:
   }
   double normal = 0, shear = 0;
   for (const ContactMemory* m : lost) {
-    if (std::none_of(heirs.begin(), heirs.end(), [&](const Heir& h) { return m->normal.dot(h.touch->at.normal) > near_enough; })) continue;
+    if (std::none_of(heirs.begin(), heirs.end(), [&](const Heir& h) { return m->normal.dot(h.touch->at.normal) > near_enough_on_skin; })) continue;
     normal += m->normal_energy;
     shear += m->shear_energy;
   }

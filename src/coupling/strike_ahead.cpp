@@ -14,7 +14,7 @@ constexpr double looks_per_radius =
     4;  // a block near the structure is looked at again after a quarter of its radius
 constexpr double shortest_look = 0.002;  // of the horizon
 constexpr double
-    touching = 1e-3,
+    strike_gap = 1e-3,
     about = 2e-2;  // gap at the first contact, and up to which points belong to it, of a block's radius
 
 }  // namespace
@@ -34,7 +34,7 @@ StrikesAhead strikes_ahead(const dda::Model& model, const dda::State& state, con
     const dda::BlockEnergy e = dda::energy(model, state, static_cast<int>(b));
     const double energy = e.translational + e.rotational;
     const Pose pose = dda::pose(state, static_cast<int>(b));
-    const double reach = 1.5 * horizon * speed + horizon * horizon * g + touching * radius;
+    const double reach = 1.5 * horizon * speed + horizon * horizon * g + strike_gap * radius;
     if (!(energy > least_fall * radius * block.mass * g) ||
         !part.index->overlaps(contact::bounds(*block.shape, pose, reach)))
       continue;
@@ -47,7 +47,7 @@ StrikesAhead strikes_ahead(const dda::Model& model, const dda::State& state, con
     path.half_gravity_step = 0.5 * seen * seen * model.gravity;
     path.rotation = seen * state.w[b];
     ahead.look_again = std::min(ahead.look_again, look);
-    const double s = contact::time_of_impact(*part.index, *block.shape, path, touching * radius);
+    const double s = contact::time_of_impact(*part.index, *block.shape, path, strike_gap * radius);
     if (s > 1) continue;
     std::vector<contact::ContactPoint> points;
     contact::surface_block(*part.index, *block.shape, path.at(s), about * radius, points);

@@ -82,11 +82,11 @@ Resultant resultant(const contact::Footprint& part) {
   return r;
 }
 
-bool before(const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return m.partner != key.first ? m.partner < key.first : m.feature < key.second; }
+bool remembered_before(const ContactMemory& m, const std::pair<std::uint64_t, std::uint64_t>& key) { return m.partner != key.first ? m.partner < key.first : m.feature < key.second; }
 
 /// The memories of a partner whose features are `first` and the `count` - 1 after it.
 std::span<const ContactMemory> recall(const std::vector<ContactMemory>& memory, std::uint64_t partner, std::uint64_t first, std::uint64_t count) {
-  const auto from = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, first), before);
+  const auto from = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, first), remembered_before);
   auto to = from;
   while (to != memory.end() && to->partner == partner && to->feature - first < count) ++to;
   return {from, to};
@@ -116,7 +116,7 @@ FaceBed face_bed(const TriangleSurface& skin, std::span<contact::Footprint> part
 /// The deepest that the pair's faces were pressed in the last step [m].
 double pressed_before(const std::vector<ContactMemory>& memory, std::uint64_t partner) {
   double deepest = 0;
-  for (auto m = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, std::uint64_t{0}), before); m != memory.end() && m->partner == partner; ++m)
+  for (auto m = std::lower_bound(memory.begin(), memory.end(), std::pair(partner, std::uint64_t{0}), remembered_before); m != memory.end() && m->partner == partner; ++m)
     if (!is_crater(*m) && m->feature != born_inside) deepest = std::max(deepest, m->indentation);
   return deepest;
 }

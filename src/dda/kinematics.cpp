@@ -55,6 +55,13 @@ Eigen::Matrix<double, 3, 6> swelling_momentum(const Model::Block& b, const Mat3&
 
 }  // namespace
 
+Vec3 rotation_vector(const Quat& q) {
+  const double w = std::abs(q.w());
+  const Vec3 v = q.w() < 0 ? Vec3(-q.vec()) : Vec3(q.vec());
+  const double s = v.norm();
+  return s < 1e-12 ? Vec3(2 * v) : Vec3(2 * std::atan2(s, w) / s * v);
+}
+
 Quat rotation_by(const Vec3& theta) {
   const double angle = theta.norm();
   if (angle < 1e-8) {

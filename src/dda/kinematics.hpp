@@ -50,4 +50,7 @@ Quat rotate_free(const Model::Block& b, const Mat3& body_inertia, const Quat& q,
 /// Rotation by the vector theta [rad], as a quaternion.
 Quat rotation_by(const Vec3& theta);
 
+/// Its inverse: the rotation vector of q, of length at most pi [rad].
+Vec3 rotation_vector(const Quat& q);
+
 }  // namespace talus::dda

@@ -10,6 +10,7 @@
 
 #include "io/files.hpp"
 #include "io/json_file.hpp"
+#include "io/xml.hpp"
 
 namespace talus::ensemble {
 
@@ -73,17 +74,6 @@ std::vector<std::pair<std::string, Figure>> figures_of(const fs::path& directory
 
 Json json_of(const Figure& f) { return {{"value", f.value}, {"low", f.low}, {"high", f.high}}; }
 
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else out += c;
-  }
-  return out;
-}
-
 std::string cell(const Figure& f) { return f.low == f.high ? fmt::format("{:.4g}", f.value) : fmt::format("{:.4g}<br><small>{:.3g} to {:.3g}</small>", f.value, f.low, f.high); }
 
 }  // namespace
@@ -104,11 +94,11 @@ std::vector<std::string> write_comparison(const std::vector<fs::path>& directori
   Json root{{"options", Json::array()}, {"figures", Json::array()}};
   for (std::size_t k = 0; k < names.size(); ++k) root["options"].push_back({{"name", names[k]}, {"directory", fs::absolute(directories[k]).string()}});
   std::string head = "<th>figure</th>", body;
-  for (std::size_t k = 0; k < names.size(); ++k) head += fmt::format("<th>{}</th>", escaped(names[k])) + (k > 0 ? "<th>difference</th>" : "");
+  for (std::size_t k = 0; k < names.size(); ++k) head += fmt::format("<th>{}</th>", io::xml_text(names[k])) + (k > 0 ? "<th>difference</th>" : "");
   std::vector<std::string> lines;
   for (const std::string& name : order) {
     Json row{{"name", name}, {"options", Json::array()}, {"differences", Json::array()}};
-    body += "<tr><td>" + escaped(name) + "</td>";
+    body += "<tr><td>" + io::xml_text(name) + "</td>";
     const auto base = options.front().find(name);
     for (std::size_t k = 0; k < options.size(); ++k) {
       const auto found = options[k].find(name);

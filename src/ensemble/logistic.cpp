@@ -4,10 +4,10 @@
 #include <cmath>
 #include <vector>
 
+#include "ensemble/statistics.hpp"
+
 namespace talus::ensemble {
 namespace {
-
-constexpr double normal_975 = 1.959963984540054;
 
 double expit(double z) { return 1 / (1 + std::exp(-z)); }
 

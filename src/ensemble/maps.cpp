@@ -20,7 +20,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr double most_cells = 1e8;
 constexpr std::size_t most_values = 20000000;     // values of cells held at once: the journals are read as often as that takes
 constexpr std::array class_energy{30e3, 300e3};   // [J]

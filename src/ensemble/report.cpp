@@ -13,6 +13,7 @@
 #include "io/files.hpp"
 #include "io/hdf5_file.hpp"
 #include "io/json_file.hpp"
+#include "io/xml.hpp"
 
 namespace talus::ensemble {
 
@@ -25,18 +26,6 @@ using Colour = std::array<double, 3>;
 
 constexpr int picture_side = 420;       // cells of the picture of the ground, along the longer side
 constexpr std::size_t most_points = 3000;   // end points drawn
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<') out += "&lt;";
-    else if (c == '>') out += "&gt;";
-    else if (c == '&') out += "&amp;";
-    else if (c == '"') out += "&quot;";
-    else out += c;
-  }
-  return out;
-}
 
 std::string base64(const std::string& bytes) {
   constexpr char letters[] = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
@@ -118,7 +107,7 @@ class Chart {
     for (double y = std::ceil(y0_ / dy) * dy; y <= y1_ * (1 + 1e-9); y += dy)
       axes += fmt::format("<line x1=\"{0}\" x2=\"{1}\" y1=\"{2:.1f}\" y2=\"{2:.1f}\" class=\"g\"/><text x=\"{3}\" y=\"{4:.1f}\" class=\"t\" text-anchor=\"end\">{5:g}</text>", left, right, at_y(y), left - 6, at_y(y) + 4, y);
     return fmt::format("<svg viewBox=\"0 0 480 280\" class=\"chart\" role=\"img\" aria-label=\"{0} over {1}\">{2}{3}<text x=\"{4}\" y=\"274\" class=\"l\" text-anchor=\"middle\">{1}</text><text x=\"14\" y=\"{5}\" class=\"l\" text-anchor=\"middle\" transform=\"rotate(-90 14 {5})\">{0}</text></svg>",
-                       escaped(y_label_), escaped(x_label_), axes, body_, (left + right) / 2, (top + bottom) / 2);
+                       io::xml_text(y_label_), io::xml_text(x_label_), axes, body_, (left + right) / 2, (top + bottom) / 2);
   }
 
  private:
@@ -165,7 +154,7 @@ class Page {
     const auto of = [](const std::string& name, const Json& p) {
       if (p.size() <= severe || !p[severe]["value"].is_number()) return std::string();
       const auto percent = [&](const char* key) { return number(p[severe][key], 100); };
-      return card(escaped(name) + " severe or worse, per event<br><small>" + percent("low") + " to " + percent("high") + " %</small>", percent("value") + " %");
+      return card(io::xml_text(name) + " severe or worse, per event<br><small>" + percent("low") + " to " + percent("high") + " %</small>", percent("value") + " %");
     };
     std::string text = of(f.value("structure", ""), f.value("per_event", Json::array()));
     for (const Json& m : f.value("members", Json::array()))
@@ -175,10 +164,10 @@ class Page {
 
   std::string head() const {
     const Json& m = summary_["members"];
-    std::string text = "<h1>" + escaped(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">" + damage_cards();
+    std::string text = "<h1>" + io::xml_text(ensemble_.title().empty() ? "Ensemble" : ensemble_.title()) + "</h1><div class=\"cards\">" + damage_cards();
     for (const auto& [key, name] : {std::pair{"asked", "members"}, std::pair{"done", "done"}, std::pair{"suspect", "suspect"}, std::pair{"over_limit", "over the limit"}, std::pair{"failed", "failed"}})
       text += card(name, fmt::format("{}", m.value(key, 0L)));
-    for (const Json& l : summary_["lines"]) text += card("cross " + escaped(l.value("name", "")), l["probability"]["value"].is_number() ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>()) : "–");
+    for (const Json& l : summary_["lines"]) text += card("cross " + io::xml_text(l.value("name", "")), l["probability"]["value"].is_number() ? fmt::format("{:.3g} %", 100 * l["probability"]["value"].get<double>()) : "–");
     return text + "</div>";
   }
 
@@ -228,7 +217,7 @@ class Page {
         std::string path;
         for (const auto& p : part) path += fmt::format("{:.1f},{:.1f} ", px(p.x()), py(p.y()));
         const auto& middle = part[part.size() / 2];
-        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"28\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, escaped(l.name));
+        lines += fmt::format("<polyline points=\"{}\"/><text x=\"{:.1f}\" y=\"{:.1f}\" stroke=\"none\" fill=\"#0b3c8c\" font-size=\"28\">{}</text>", path, std::clamp(px(middle.x()) + 6, 0.0, 900.0), py(middle.y()) - 8, io::xml_text(l.name));
       }
     std::string struck;
     for (const std::string& structure : ensemble_.structures()) {
@@ -240,7 +229,7 @@ class Page {
                        "<g fill=\"#14304f\" opacity=\"0.55\">{2}</g><g fill=\"#00a0b0\" stroke=\"#fff\" stroke-width=\"1.5\">{12}</g><g fill=\"none\" stroke=\"#0b3c8c\" stroke-width=\"4\">{3}</g>"
                        "<line x1=\"20\" x2=\"{4:.0f}\" y1=\"{5:.0f}\" y2=\"{5:.0f}\" stroke=\"#000\" stroke-width=\"4\"/><text x=\"20\" y=\"{6:.0f}\" font-size=\"28\">{7:g} m</text></svg>"
                        "<p class=\"key\">{13} of {8:g} m: <span style=\"background:#fff3b2\"></span>little <span style=\"background:#7f001f\"></span>{9}{14}. Dots: end points{15}. North is up.{10}</p></section>",
-                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, number(Json(scale * most)), ensemble_.crs().empty() ? "" : " " + escaped(ensemble_.crs().substr(0, 40)) + ".", title, struck,
+                       tall, base64(bitmap(columns, rows, points)), drawn, lines, 20 + bar / width * 1000, tall - 20, tall - 30, bar, cell, number(Json(scale * most)), ensemble_.crs().empty() ? "" : " " + io::xml_text(ensemble_.crs().substr(0, 40)) + ".", title, struck,
                        what, unit, struck.empty() ? "" : "; squares: hits");
   }
 
@@ -262,7 +251,7 @@ class Page {
   std::string line(std::size_t l) {
     const Json& s = summary_["lines"][l];
     const std::string name = s.value("name", "");
-    std::string text = "<h2>" + escaped(name) + "</h2><p>" + fmt::format("{} crossings. ", s.value("crossings", 0L)) + "A member crosses with probability " + number(s["probability"]["value"]) + " (" + number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
+    std::string text = "<h2>" + io::xml_text(name) + "</h2><p>" + fmt::format("{} crossings. ", s.value("crossings", 0L)) + "A member crosses with probability " + number(s["probability"]["value"]) + " (" + number(s["probability"]["low"]) + " to " + number(s["probability"]["high"]) + ").</p>";
     if (s.value("crossings", 0L) == 0) return text;
     text += "<table><tr><th></th><th>p50</th><th>p90</th><th>p95</th><th>p99</th></tr>";
     const std::array<std::pair<const char*, double>, 3> units{std::pair{"kinetic energy, kJ", 1e-3}, std::pair{"speed, m/s", 1.0}, std::pair{"height of the centroid, m", 1.0}};
@@ -296,9 +285,9 @@ class Page {
       for (const Json& v : b["values"]) {
         std::string factors;
         for (const auto& [key, value] : v["factors"].items()) factors += (factors.empty() ? "" : ", ") + key + " " + number(value);
-        text += "<tr><td>" + escaped(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" + number(v["height"]) + "</td><td>" + escaped(factors) + "</td></tr>";
+        text += "<tr><td>" + io::xml_text(v.value("standard", "")) + "</td><td>" + number(v["energy"], 1e-3) + "</td><td>" + number(v["height"]) + "</td><td>" + io::xml_text(factors) + "</td></tr>";
       }
-      text += "</table><p><small>" + escaped(b.value("note", "")) + "</small></p>";
+      text += "</table><p><small>" + io::xml_text(b.value("note", "")) + "</small></p>";
     }
     return text;
   }
@@ -306,7 +295,7 @@ class Page {
   std::string hits(const std::string& structure) const {
     const std::string at = "/hits/" + structure + "/";
     const auto member = file_.read<std::int64_t>(at + "member").values;
-    std::string text = "<h2>Hits on " + escaped(structure) + "</h2>";
+    std::string text = "<h2>Hits on " + io::xml_text(structure) + "</h2>";
     if (member.empty()) return text + "<p>None.</p>";
     const auto time = file_.read<double>(at + "time").values, mass = file_.read<double>(at + "mass").values, velocity = file_.read<double>(at + "velocity").values, point = file_.read<double>(at + "point").values;
     std::vector<std::pair<double, std::size_t>> order;
@@ -326,7 +315,7 @@ class Page {
   std::string fragility() const {
     if (!fs::exists(directory_ / "fragility.json")) return "";
     const Json f = io::read_json(directory_ / "fragility.json", "run talus fragility again");
-    std::string text = "<h2>Damage of " + escaped(f.value("structure", "")) + "</h2><p>" + fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + "</p><table><tr><th>class of the worst member</th><th>P per event</th>" + (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
+    std::string text = "<h2>Damage of " + io::xml_text(f.value("structure", "")) + "</h2><p>" + fmt::format("{} coupled runs. ", f["runs"].value("done", 0)) + "</p><table><tr><th>class of the worst member</th><th>P per event</th>" + (f.contains("per_year") ? "<th>P per year</th>" : "") + "</tr>";
     constexpr std::array names{"none", "slight", "moderate", "severe", "lost"};
     for (std::size_t k = 0; k < f["per_event"].size(); ++k) {
       text += fmt::format("<tr><td>{} or worse</td><td>{}</td>", names[std::min<std::size_t>(4, k + 1)], estimate(f["per_event"][k]));
@@ -355,14 +344,14 @@ class Page {
       text += chart.svg();
     }
     text += "</div>";
-    if (f.contains("next_run") && f["next_run"].is_object()) text += "<p>One more run narrows most: " + escaped(f["next_run"].value("text", "")) + ".</p>";
+    if (f.contains("next_run") && f["next_run"].is_object()) text += "<p>One more run narrows most: " + io::xml_text(f["next_run"].value("text", "")) + ".</p>";
     return text;
   }
 
   std::string notes() const {
     std::string text = "<h2>How well this is known</h2><ul>";
-    for (const char* key : {"intervals", "percentiles", "probability", "limits"}) text += fmt::format("<li>{}: {}</li>", key, escaped(details_.value(key, "")));
-    for (const Json& w : details_.value("warnings", Json::array())) text += "<li>" + escaped(w.get<std::string>()) + "</li>";
+    for (const char* key : {"intervals", "percentiles", "probability", "limits"}) text += fmt::format("<li>{}: {}</li>", key, io::xml_text(details_.value(key, "")));
+    for (const Json& w : details_.value("warnings", Json::array())) text += "<li>" + io::xml_text(w.get<std::string>()) + "</li>";
     return text + "</ul>";
   }
 

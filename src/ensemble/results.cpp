@@ -22,7 +22,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
 constexpr std::array percents{50.0, 90.0, 95.0, 99.0};
 
 /// All members but the cells that they went through, in order of their index.

@@ -13,8 +13,6 @@
 namespace talus::ensemble {
 namespace {
 
-constexpr double none = std::numeric_limits<double>::quiet_NaN();
-constexpr double normal_975 = 1.959963984540054;
 constexpr int resamples = 2000;
 
 /// Percentile of values that stand for `count` equal ones each; sorted by value, `total` of them in all.

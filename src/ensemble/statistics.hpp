@@ -6,10 +6,14 @@
 ///   interval of a probability            Wilson's [Brown, Cai & DasGupta 2001]; with design sobol the bootstrap over replicates, where they differ
 #pragma once
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace talus::ensemble {
+
+inline constexpr double none = std::numeric_limits<double>::quiet_NaN();   // a figure that there is not
+inline constexpr double normal_975 = 1.959963984540054;                    // 97.5 % quantile of the standard normal distribution
 
 struct Estimate {
   double value = 0, low = 0, high = 0;   // NaN where there is none

@@ -30,7 +30,6 @@ double drawn_in(const Stratum& h, const Sums& s) {
 }  // namespace
 
 Estimate stratified(std::span<const Stratum> strata) {
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
   const Sums s = sums_of(strata);
   if (!(s.weight > 0)) return {none, none, none};
   double share = 0, drawn = 0, variance = 0;

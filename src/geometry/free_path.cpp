@@ -10,7 +10,7 @@ namespace {
 
 using Triangle = std::array<Vec3, 3>;   // across, across, along
 
-double cross(const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); }
+double plan_cross(const Vec3& a, const Vec3& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 /// The least and the largest of three corners in one coordinate.
 std::pair<double, double> range(const Triangle& t, int k) { return std::minmax({t[0][k], t[1][k], t[2][k]}); }
@@ -26,12 +26,12 @@ bool apart(const Triangle& a, const Triangle& b) {
 
 /// Where the line through p along the direction meets the triangle; NaN beside it and where the triangle is seen edge on.
 double height_at(const Triangle& t, const Vec3& p) {
-  const double area = cross(t[1] - t[0], t[2] - t[0]);
+  const double area = plan_cross(t[1] - t[0], t[2] - t[0]);
   if (area == 0) return std::numeric_limits<double>::quiet_NaN();
   double height = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec3 &a = t[(i + 1) % 3], &b = t[(i + 2) % 3];
-    const double weight = cross(a - p, b - p) / area;
+    const double weight = plan_cross(a - p, b - p) / area;
     if (weight < 0) return std::numeric_limits<double>::quiet_NaN();
     height += weight * t[i].z();
   }
@@ -53,9 +53,9 @@ class Way {
 
 void between_edges(const Vec3& a0, const Vec3& a1, const Vec3& b0, const Vec3& b1, Way& way) {
   const Vec3 a = a1 - a0, b = b1 - b0, d = b0 - a0;
-  const double det = cross(a, b);
+  const double det = plan_cross(a, b);
   if (det == 0) return;
-  const double s = cross(d, b) / det, t = cross(d, a) / det;
+  const double s = plan_cross(d, b) / det, t = plan_cross(d, a) / det;
   if (s < 0 || s > 1 || t < 0 || t > 1) return;
   way.offer(b0.z() + t * b.z() - a0.z() - s * a.z());
 }

@@ -99,7 +99,7 @@ Problem warning(const std::string& name, std::string value, std::string rule, st
   return {.severity = Problem::Severity::warning, .file = name, .key = "site.terrain", .value = std::move(value), .rule = std::move(rule), .remedy = std::move(remedy)};
 }
 
-std::string text(const Vec3& p) { return fmt::format("[{:.8g}, {:.8g}, {:.6g}]", p.x(), p.y(), p.z()); }
+std::string place_text(const Vec3& p) { return fmt::format("[{:.8g}, {:.8g}, {:.6g}]", p.x(), p.y(), p.z()); }
 
 /// Rims of the open sheets: border sides that hang together by their ends.
 std::size_t rims(const Triangles& triangles, const Neighbours& next, std::size_t vertices) {
@@ -128,7 +128,7 @@ void warn_of_pieces(std::vector<std::pair<std::size_t, Vec3>> pieces, std::size_
     std::sort(pieces.begin(), pieces.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
     std::string others;
     for (std::size_t i = 1; i < std::min(pieces.size(), most_named + 1); ++i)
-      others += fmt::format("{}{} face{} at {}", i > 1 ? ", " : "", pieces[i].first, pieces[i].first == 1 ? "" : "s", text(pieces[i].second));
+      others += fmt::format("{}{} face{} at {}", i > 1 ? ", " : "", pieces[i].first, pieces[i].first == 1 ? "" : "s", place_text(pieces[i].second));
     if (pieces.size() > most_named + 1) others += fmt::format(", {} more", pieces.size() - most_named - 1);
     warnings.push_back(warning(name, fmt::format("{} pieces", pieces.size()), fmt::format("share no edge with each other: beside the largest, {}; each faces up by itself and ends in walls where no other ground goes on", others),
                                "delete what is loose, or merge the vertices along seams (talus convert --repair welds those within 1e-9 of the size)"));
@@ -145,7 +145,7 @@ struct Sheet {
 };
 
 std::string edges(const Places& p, const Vec3& origin) {
-  return p.count == 1 ? fmt::format("an edge at {}", text(p.first + origin)) : fmt::format("{} edges, one at {}", p.count, text(p.first + origin));
+  return p.count == 1 ? fmt::format("an edge at {}", place_text(p.first + origin)) : fmt::format("{} edges, one at {}", p.count, place_text(p.first + origin));
 }
 
 }  // namespace
@@ -215,7 +215,7 @@ std::vector<Problem> orient_sheets(const std::vector<Vec3>& vertices, Triangles&
     against += std::min(turned, sheet.faces.size() - turned);
     if (stands && sheet.area > 0 && kept(box)) {
       const Vec3 n = ((turn ? -1 : 1) * sheet.outward.normalized()).unaryExpr([](double x) { return std::round(100 * x) / 100 + 0.0; });   // no -0
-      warnings.push_back(warning(name, fmt::format("{} faces at {}", sheet.faces.size(), text(base + origin)), fmt::format("stand upright, connected to nothing that faces up: their winding in the file tells the side of the rock; they face [{:g}, {:g}, {:g}]", n.x(), n.y(), n.z()),
+      warnings.push_back(warning(name, fmt::format("{} faces at {}", sheet.faces.size(), place_text(base + origin)), fmt::format("stand upright, connected to nothing that faces up: their winding in the file tells the side of the rock; they face [{:g}, {:g}, {:g}]", n.x(), n.y(), n.z()),
                                  "turn them in the file if the rock lies on the other side, or set site.two_sided for a sheet that bears from both"));
     }
   }

@@ -13,7 +13,7 @@ constexpr std::size_t block_numbers = 25;   // 3 c, 3 v, 3 w, 4 q, 6 strain, 6 s
 constexpr const char *names_path = "/state/bodies", *forms_path = "/state/forms", *keys_path = "/state/contact_keys", *contacts_path = "/state/contacts";
 constexpr std::size_t contact_keys = 4;     // body, partner, feature, bond
 
-std::string key(const char* group, const std::string& name) { return std::string("/state/") + group + "/" + safe_name(name); }
+std::string state_key(const char* group, const std::string& name) { return std::string("/state/") + group + "/" + safe_name(name); }
 
 struct Appended {
   std::vector<double>& to;
@@ -21,7 +21,7 @@ struct Appended {
   void operator()(const Vec3& x) const { to.insert(to.end(), x.data(), x.data() + 3); }
 };
 
-struct Taken {
+struct Numbers {
   const double*& from;
   void operator()(double& x) const { x = *from++; }
   void operator()(Vec3& x) const { x = Vec3(from[0], from[1], from[2]), from += 3; }
@@ -61,7 +61,7 @@ void read_contacts(const Hdf5File& file, const std::filesystem::path& results, c
     if (std::min(c.body, c.partner) < 0 || std::max(c.body, c.partner) >= count) throw bad_file(results, keys_path, "names a body that is not in the list", remedy);
     c.memory.feature = static_cast<std::uint64_t>(k[2]);
     coupling::set_bond(c.memory, k[3]);
-    coupling::each_number(c.memory, Taken{x});
+    coupling::each_number(c.memory, Numbers{x});
     state.contacts.push_back(c);
   }
 }
@@ -75,16 +75,16 @@ void write_final_state(Hdf5File& file, const sim::FinalState& state) {
     std::vector<double> x;
     const auto put = [&](const auto& v) { x.insert(x.end(), v.data(), v.data() + v.size()); };
     put(b.c), put(b.v), put(b.w), put(b.q.coeffs()), put(b.eps), put(b.eps_rate);
-    file.write<double>(key("blocks", name), x, {x.size()}, "", "centroid, velocity, spin, orientation (x, y, z, w), strain, strain rate; SI, world axes");
-    file.attribute(key("blocks", name), "name", name);
+    file.write<double>(state_key("blocks", name), x, {x.size()}, "", "centroid, velocity, spin, orientation (x, y, z, w), strain, strain rate; SI, world axes");
+    file.attribute(state_key("blocks", name), "name", name);
   }
   for (const auto& [name, s] : state.structures) {
     std::vector<double> x;
     for (const Vec3& node : s.nodes) x.insert(x.end(), node.data(), node.data() + 3);
-    file.group(key("structures", name));
-    file.attribute(key("structures", name), "name", name);
-    file.write<double>(key("structures", name) + "/nodes", x, {s.nodes.size(), 3}, "m", "reference positions");
-    file.write<double>(key("structures", name) + "/history", s.history, {s.history.size()}, "", "state of the structure, for initial_state");
+    file.group(state_key("structures", name));
+    file.attribute(state_key("structures", name), "name", name);
+    file.write<double>(state_key("structures", name) + "/nodes", x, {s.nodes.size(), 3}, "m", "reference positions");
+    file.write<double>(state_key("structures", name) + "/history", s.history, {s.history.size()}, "", "state of the structure, for initial_state");
   }
   write_contacts(file, state);
 }

@@ -16,7 +16,7 @@
 namespace talus::io {
 namespace {
 
-constexpr std::string_view magic = "TALUSJ01";
+constexpr std::string_view journal_magic = "TALUSJ01";
 constexpr std::size_t buffer_limit = 1 << 16;
 
 struct Head {
@@ -36,8 +36,8 @@ JournalWriter::JournalWriter(std::filesystem::path path, std::uint64_t keep) : p
     throw WriteError(system_error("cut back", path_));
   position_ = keep;
   if (keep == 0) {
-    buffer_ = magic;
-    position_ = magic.size();
+    buffer_ = journal_magic;
+    position_ = journal_magic.size();
     flush();
   }
 }
@@ -84,7 +84,7 @@ void JournalWriter::sync() {
 JournalReader::JournalReader(const std::filesystem::path& path, std::uint64_t limit) : in_(path, std::ios::binary), limit_(limit) {
   char head[8] = {};
   if (!in_.is_open()) throw WriteError(system_error("read", path));   // removed while a run writes to it
-  if (!in_.read(head, 8) || std::string_view(head, 8) != magic)
+  if (!in_.read(head, 8) || std::string_view(head, 8) != journal_magic)
     throw bad_file(path, {}, "is no journal of Talus", "run the scene again");
   in_.seekg(0, std::ios::end);
   size_ = static_cast<std::uint64_t>(in_.tellg());

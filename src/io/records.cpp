@@ -78,7 +78,7 @@ void get_list(ByteReader& r, Items& items, F&& item) {
   for (auto n = r.take<std::uint64_t>(); n > 0; --n) item(items.emplace_back());   // a count that lies ends with the record
 }
 
-void check_indices(const std::vector<std::array<int, 3>>& triangles, std::size_t vertices) {
+void check_corners(const std::vector<std::array<int, 3>>& triangles, std::size_t vertices) {
   for (const auto& t : triangles)
     for (const int v : t)
       if (v < 0 || static_cast<std::size_t>(v) >= vertices) throw std::out_of_range("a triangle names a vertex that is not there");
@@ -86,7 +86,7 @@ void check_indices(const std::vector<std::array<int, 3>>& triangles, std::size_t
 
 /// A journal that is whole by its checksum may still be none of ours: whoever reads a shape goes by its indices.
 void check_shape(const Polyhedron& s) {
-  check_indices(s.triangles, s.vertices.size());
+  check_corners(s.triangles, s.vertices.size());
   int before = 0;
   for (const int at : s.face_offset) {
     if (at < before || static_cast<std::size_t>(at) > s.face_vertices.size()) throw std::out_of_range("a face ends beyond the list of its vertices");
@@ -187,7 +187,7 @@ RunHeader decode_header(std::string_view bytes) {
   get(h.title), get(h.duration), get(h.crs), get(h.map_origin);
   h.blocks = decode_blocks(r.take<std::string>());
   get(h.terrain.vertices), get(h.terrain.triangles);
-  check_indices(h.terrain.triangles, h.terrain.vertices.size());
+  check_corners(h.terrain.triangles, h.terrain.vertices.size());
   get_list(r, h.planes, [&](Plane& p) { get(p.point), get(p.normal); });
   get_list(r, h.structures, [&](RunHeader::StructureInfo& s) {
     get(s.name), get(s.probes), get(s.probe_at), get(s.plan);

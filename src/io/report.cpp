@@ -7,6 +7,7 @@
 #include "io/recorder.hpp"
 #include "io/report_data.hpp"
 #include "io/summary_check.hpp"
+#include "io/xml.hpp"
 
 // The page as one HTML file, put into the program by the assembler.
 extern "C" {
@@ -57,12 +58,7 @@ std::string fill(std::string_view page, const ReportData& d, const std::string& 
   // "<" cannot end the script element that holds the JSON.
   std::string text;
   for (const char c : d.meta.dump(-1, ' ', false, json::error_handler_t::replace)) c == '<' ? text += "\\u003c" : text += c;
-  std::string title;
-  for (const char c : d.summary.value("title", std::string("Results"))) {
-    if (c == '<') title += "&lt;";
-    else if (c == '&') title += "&amp;";
-    else title += c;
-  }
+  const std::string title = xml_text(d.summary.value("title", std::string("Results")));
   std::string out;
   out.reserve(page.size() + data.size() + text.size());
   const std::map<std::string_view, const std::string*> slots = {{"%%TALUS_TITLE%%", &title}, {"%%TALUS_META%%", &text}, {"%%TALUS_DATA%%", &data}};

@@ -33,7 +33,7 @@ std::string engineering(double value, const char* unit) {
 std::string length(double metres) { return std::abs(metres) >= 100 ? fmt::format("{:.0f} m", metres) : engineering(metres, "m"); }
 
 constexpr double nothing = 1e-8;   // [m/s^2] a contact force over the block's mass: what a solver's tolerance leaves is less
-constexpr int ground_side = 400;   // nodes of the coarse grid that tells where the terrain ends
+constexpr int coarse_ground_side = 400;   // nodes of the coarse grid that tells where the terrain ends
 
 double horizontal(const Vec3& v) { return std::hypot(v.x(), v.y()); }
 
@@ -59,7 +59,7 @@ SummaryBuilder::SummaryBuilder(const sim::RunHeader& header, Steps steps, Taken 
     Mesh mesh{header.terrain.vertices, header.terrain.triangles};
     Box3 box;
     for (const Vec3& v : mesh.vertices) box.extend(v);
-    ground_ = rasterise(mesh, box, ground_side);
+    ground_ = rasterise(mesh, box, coarse_ground_side);
     lowest_ground_ = box.min().z();
   }
   extend(header.blocks);

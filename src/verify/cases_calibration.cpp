@@ -13,7 +13,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, deg = std::numbers::pi / 180;
 
 /// A scene that can be set up any number of times, `pitch` apart: 2 cm lie between copies, which never meet.
 struct Copied {
@@ -146,7 +145,7 @@ Copied bounce() {
 
 /// A block of 1 x 4 falls back about its edge from half of its critical angle, passes upright with the impact
 /// of Housner, and rises about its other edge.
-Copied rocking() {
+Copied rocking_scene() {
   const double alpha = std::atan(0.25), arm = 0.5 * std::sqrt(17.0), rate = 0.75 * g / arm;
   Copied c{.id = "rocking",
            .title = "rocks from edge to edge",
@@ -173,7 +172,7 @@ Copied rocking() {
   return c;
 }
 
-Copied wedge() {
+Copied wedge_scene() {
   const WedgeScene w;
   const double phi = 20 * deg;
   Copied c{
@@ -218,7 +217,7 @@ Copied edge_of_a_table() {
 
 /// Hung up by two points, let go 30 degrees from rest; after 3/4 of its period it passes below the hinge at
 /// its fastest.
-Copied pendulum() {
+Copied pendulum_scene() {
   const double from = 30 * deg,
                period = 4 * std::sqrt(5.0 / 12 / (0.5 * g)) * std::comp_ellint_1(std::sin(from / 2));
   Copied c{.id = "pendulum",
@@ -295,7 +294,7 @@ void calibrate(CaseRun& c, const Copied& scene) {
 std::vector<Case> calibration_cases() {
   std::vector<Case> cases;
   for (const Copied& scene :
-       {turning_slide(), stop(), rider(), bounce(), rocking(), wedge(), edge_of_a_table(), pendulum(),
+       {turning_slide(), stop(), rider(), bounce(), rocking_scene(), wedge_scene(), edge_of_a_table(), pendulum_scene(),
         on_springs("springs", 1e8), on_springs("soft", 1e6)})
     cases.push_back({"invariants", "G8-" + scene.id, scene.title, scene.source, true,
                      [scene](CaseRun& c) { calibrate(c, scene); }});

@@ -12,7 +12,7 @@
 namespace talus::verify {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180, g = 9.81, accuracy = 1e-3, size = 1;
+constexpr double accuracy = 1e-3, size = 1;
 
 std::vector<int> numbers(const CaseRun& c) { return c.quick() ? std::vector{1, 13, 40} : std::vector{1, 12, 13, 40, 130, 300}; }
 

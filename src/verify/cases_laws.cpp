@@ -10,7 +10,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double pi = std::numbers::pi;
 
 void hertz(CaseRun& c) {
   // The sphere's mass on one point: an octahedron of its volume, tip down, on a plane with the Hertz law of radius 1 cm.

@@ -12,7 +12,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, deg = std::numbers::pi / 180;
 
 std::uint64_t block_id(int i) { return coupling::Partner{coupling::Partner::Kind::block, i}.id(); }
 std::uint64_t plane_id(int i) { return coupling::Partner{coupling::Partner::Kind::plane, i}.id(); }
@@ -163,7 +162,7 @@ void turntable(CaseRun& c) {
   q.note = "started at its speed; bisection over speeds in place of a slow spin-up";
 }
 
-void patch(CaseRun& c) {
+void pressed_patch(CaseRun& c) {
   // Three deformable blocks under a heavy rigid plate on stiff springs, at rest: in each the stress of what it carries, half its own
   // weight included (a block of constant strain takes the mean). Steps far longer than its periods bring the pile to rest.
   const Method m = Method::fixed_step(0.05);
@@ -200,7 +199,7 @@ std::vector<Case> pile_cases() {
       {"dda", "A17", "Card tent", "statics", true, card_tent},
       {"dda", "A19", "Newton's cradle", "closed form", true, cradle},
       {"dda", "A20", "Turntable", "closed form", true, turntable},
-      {"dda", "A22", "Patch test of stacked blocks", "uniform stress", true, patch},
+      {"dda", "A22", "Patch test of stacked blocks", "uniform stress", true, pressed_patch},
   };
 }
 

@@ -12,7 +12,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180, g = 9.81;
 
 SceneText slope(const Method& m, double angle, double mu, double duration) {
   const Mat3 axes = slope_axes(angle);

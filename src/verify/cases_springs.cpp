@@ -4,12 +4,13 @@
 
 #include <fmt/format.h>
 
+#include "verify/measures.hpp"
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81, pi = std::numbers::pi, density = 2500;
+constexpr double density = 2500;
 
 /// A unit cube over a plane, four contact points of stiffness k.
 SceneText cube(const Method& m, double duration, double k, double height, double friction, const std::string& more = {}) {
@@ -19,7 +20,7 @@ SceneText cube(const Method& m, double duration, double k, double height, double
   return s;
 }
 
-void rest(CaseRun& c) {
+void rest_on_springs(CaseRun& c) {
   for (const Method& m : {Method::by_accuracy(1e-3), Method::fixed_step(0.01)}) {
     c.method(m);
     for (const double k : {1e7, 1e9, 1e12}) {
@@ -32,7 +33,7 @@ void rest(CaseRun& c) {
   }
 }
 
-void slide(CaseRun& c) {
+void slide_on_springs(CaseRun& c) {
   const double a = 35 * pi / 180, mu = 0.3, path = 0.5 * g * (std::sin(a) - mu * std::cos(a)) * 4;
   for (const Method& m : {Method::by_accuracy(1e-3), Method::fixed_step(0.01)}) {
     c.method(m);
@@ -51,7 +52,7 @@ void slide(CaseRun& c) {
 }
 
 /// Height that the centroid reaches after the first contact, over the height it fell from.
-double rebound(const Outcome& o, double drop) {
+double rebound_height(const Outcome& o, double drop) {
   double low = 1e9, top = 0;
   bool up = false;
   for (const sim::HistoryRow& r : o.rows) {
@@ -64,14 +65,14 @@ double rebound(const Outcome& o, double drop) {
   return top / drop;
 }
 
-void elastic(CaseRun& c) {
+void elastic_rebound(CaseRun& c) {
   const double k = 1e8, drop = 1, fall = std::sqrt(2 * drop / g);
   double last = 0;
   for (const double accuracy : {1e-3, 1e-4, 1e-5}) {
     const Method m = Method::by_accuracy(accuracy);
     c.method(m);
     const Outcome o = c.run(cube(m, 2 * fall + 0.1, k, drop, 0).history(1e-3).str());
-    const double height = rebound(o, drop);
+    const double height = rebound_height(o, drop);
     c.absolute("height of rebound over height of fall", "1: an undamped spring gives back what it took", 1, height, 1e-4);
     // Time in contact, from the time at the top of the flight: 2 (pi / 2 + atan(g / (omega v))) / omega.
     const double v = g * fall, omega = std::sqrt(4 * k / density);
@@ -96,7 +97,7 @@ void damped(CaseRun& c) {
     const double angle = std::atan2(2 * zeta * root, 1 - 2 * zeta * zeta);
     const double e = std::exp(-zeta / root * (pi - angle));
     const Outcome o = c.run(cube(m, 1.6, 1e10, drop, 0, fmt::format("damping_ratio = {}\n", zeta)).history(1e-3).str());
-    c.relative(fmt::format("restitution at damping ratio {}", zeta), "oscillator whose contact ends with its force", e, std::sqrt(rebound(o, drop)), 2e-3);
+    c.relative(fmt::format("restitution at damping ratio {}", zeta), "oscillator whose contact ends with its force", e, std::sqrt(rebound_height(o, drop)), 2e-3);
   }
 }
 
@@ -104,9 +105,9 @@ void damped(CaseRun& c) {
 
 std::vector<Case> spring_cases() {
   return {
-      {"dda", "A23", "Rest on contact springs", "closed form", true, rest},
-      {"dda", "A24", "Sliding on contact springs", "Coulomb; closed form", true, slide},
-      {"dda", "A25", "Elastic rebound from contact springs", "oscillator; closed form", true, elastic},
+      {"dda", "A23", "Rest on contact springs", "closed form", true, rest_on_springs},
+      {"dda", "A24", "Sliding on contact springs", "Coulomb; closed form", true, slide_on_springs},
+      {"dda", "A25", "Elastic rebound from contact springs", "oscillator; closed form", true, elastic_rebound},
       {"dda", "A26", "Damped rebound from contact springs", "oscillator; closed form", true, damped},
   };
 }

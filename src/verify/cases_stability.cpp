@@ -14,8 +14,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double deg = std::numbers::pi / 180;
-const char* const stone = "young = \"30 GPa\"\npoisson = 0.25";
 const std::string held = "fixed = true\n";
 
 struct Stress {

@@ -11,7 +11,6 @@
 namespace talus::verify {
 namespace {
 
-constexpr double g = 9.81;
 
 void euler_top(CaseRun& c) {
   for (const double a : {1e-3, 1e-6}) {

@@ -12,10 +12,6 @@
 #include "verify/scene_text.hpp"
 
 namespace talus::verify {
-namespace {
-constexpr double g = 9.81, deg = std::numbers::pi / 180;
-const char* const stone = "young = \"30 GPa\"\npoisson = 0.25";
-}  // namespace
 
 Outcome euler_top_run(CaseRun& c, const Method& m, double part) {
   // A plate sqrt 2 x 1 x 1e-5 has I_x : I_y : I_z = 1 : 2 : 3 to 1e-10.

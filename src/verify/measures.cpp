@@ -9,7 +9,6 @@
 
 namespace talus::verify {
 namespace {
-constexpr double deg = std::numbers::pi / 180;
 
 Vec3 upward_normal(double dip_direction, double dip) {
   return {std::sin(dip) * std::sin(dip_direction), std::sin(dip) * std::cos(dip_direction), std::cos(dip)};

@@ -1,5 +1,6 @@
 /// Scenes and references that several cases share.
 #pragma once
+#include <numbers>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,9 @@
 #include "verify/suite.hpp"
 
 namespace talus::verify {
+
+inline constexpr double deg = std::numbers::pi / 180, g = 9.81, pi = std::numbers::pi;   // [rad/degree], gravity of every scene here [m/s^2]
+inline constexpr const char* stone = "young = \"30 GPa\"\npoisson = 0.25";   // stiff rock, as keys of a material
 
 /// Tetrahedron on planes 130/40 and 220/60 (dip direction/dip).
 struct WedgeScene {

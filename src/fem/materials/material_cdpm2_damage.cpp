@@ -8,7 +8,7 @@
 namespace talus::material {
 namespace {
 
-const double root6 = std::sqrt(6.0), root23 = std::sqrt(2.0 / 3.0);
+const double sqrt6 = std::sqrt(6.0), root23 = std::sqrt(2.0 / 3.0);
 
 double norm_of_strain(const Sym& e) {
   return std::sqrt(e[0] * e[0] + e[1] * e[1] + e[2] * e[2] + 0.5 * (e[3] * e[3] + e[4] * e[4] + e[5] * e[5]));
@@ -82,7 +82,7 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   const Concrete& c = p_.concrete;
   const double f_t = factor * c.f_t, f_c = factor * c.f_cm, onset = f_t / c.young;
   const Haigh h = haigh(effective, f_c);
-  const double drive = h.r / root6 * shape(h.cos_theta) + h.v;
+  const double drive = h.r / sqrt6 * shape(h.cos_theta) + h.v;
   const double half = 0.5 * onset * m0_ * drive;
   const double equivalent = std::max(0.0, half + std::sqrt(half * half + 1.5 * onset * onset * h.r * h.r));
   const double growth = equivalent - s.equivalent;
@@ -93,7 +93,7 @@ void Cdpm2::damage_step(const Sym& effective, const Principal<double>& values, c
   for (int i = 0; i < 6; ++i) moved[i] = s.plastic[i] - plastic_before[i];
   const double flowed = norm_of_strain(moved);
   double softening = 1;
-  if (h.v < 0) softening = 1 + (p_.a_s - 1) * std::min(100.0, -root6 * h.v / std::max(h.r, 1e-12));
+  if (h.v < 0) softening = 1 + (p_.a_s - 1) * std::min(100.0, -sqrt6 * h.v / std::max(h.r, 1e-12));
 
   bool moved_t = false, moved_c = false;
   if (s.size == 0 && (equivalent > onset || s.equivalent_c > onset)) {

@@ -28,7 +28,7 @@ namespace {
 constexpr double settle_periods = 12, periods_to_strain = 80;   // of T; to reach press_strain
 constexpr double press_strain = 2e-3, last_strain = 2e-2;
 constexpr double fallen = 0.6;                                   // of the greatest load: the test is over
-constexpr int samples = 100;                                     // of the curve, until press_strain
+constexpr int curve_samples = 100;                                     // of the curve, until press_strain
 
 /// The curve of a test at one speed: means of its force over equal intervals, and the greatest of them.
 class MeanCurve {
@@ -194,7 +194,7 @@ PushDown FemStructure::push_down(std::size_t k) const {
   PushDown out;
   out.member = member.name;
   const double h = test->critical_step_, settled = settle_periods * period;
-  const double interval = periods_to_strain * period / samples;
+  const double interval = periods_to_strain * period / curve_samples;
   double t = 0, drop = 0;
   MeanCurve means(out, settled, interval, speed, fmt::format("structure {}: the push-down of {}", spec_.name, member.name));
   for (; drop < last_strain * member.length; t += h) {

@@ -15,8 +15,6 @@ constexpr double linear_share = 0.01;  // of s_1 that the chord k spans: a tenth
 constexpr double torn_after = 2.5e-3;  // slip from the splitting of the cover until it holds nothing [m]
 constexpr double beyond_bar = 31;      // diameters: with that width the cover is stronger than any bar
 
-constexpr int corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1},
-                              {-1, -1, 1},  {1, -1, 1},  {1, 1, 1},  {-1, 1, 1}};
 
 /// Gradients of the shape functions [1/m] and the Jacobian at a reference point.
 struct Gradients {
@@ -27,8 +25,8 @@ Gradients gradients(std::span<const Vec3> nodes, const std::array<int, 8>& hex, 
   Gradients g;
   g.jacobian = Mat3::Zero();
   for (std::size_t i = 0; i < 8; ++i) {
-    const double a = 1 + corner[i][0] * xi.x(), b = 1 + corner[i][1] * xi.y(), c = 1 + corner[i][2] * xi.z();
-    g.of[i] = 0.125 * Vec3(corner[i][0] * b * c, corner[i][1] * a * c, corner[i][2] * a * b);
+    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(), c = 1 + cell_corner[i][2] * xi.z();
+    g.of[i] = 0.125 * Vec3(cell_corner[i][0] * b * c, cell_corner[i][1] * a * c, cell_corner[i][2] * a * b);
     g.jacobian += nodes[static_cast<std::size_t>(hex[i])] * g.of[i].transpose();
   }
   const Mat3 to_space = g.jacobian.inverse().transpose();
@@ -39,7 +37,7 @@ Gradients gradients(std::span<const Vec3> nodes, const std::array<int, 8>& hex, 
 Vec3 reference_point(const Segment& s) {
   Vec3 xi = Vec3::Zero();
   for (std::size_t i = 0; i < 8; ++i)
-    xi += 0.5 * (s.start[i] + s.end[i]) * Vec3(corner[i][0], corner[i][1], corner[i][2]);
+    xi += 0.5 * (s.start[i] + s.end[i]) * Vec3(cell_corner[i][0], cell_corner[i][1], cell_corner[i][2]);
   return xi;
 }
 

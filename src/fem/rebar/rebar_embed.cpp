@@ -16,15 +16,13 @@ namespace {
 /// By one course of roundings, whatever the compiler makes of it elsewhere: an undeformed bar has no strain to the last bit.
 double length(double x, double y, double z) { return std::sqrt(std::fma(x, x, std::fma(y, y, z * z))); }
 
-constexpr int corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
-
 Mat3 gradient(const std::array<Vec3, 8>& x, const Vec3& xi) {
   Mat3 j = Mat3::Zero();
   for (int i = 0; i < 8; ++i) {
-    const double a = 1 + corner[i][0] * xi.x(), b = 1 + corner[i][1] * xi.y(), c = 1 + corner[i][2] * xi.z();
-    j.col(0) += 0.125 * corner[i][0] * b * c * x[i];
-    j.col(1) += 0.125 * corner[i][1] * a * c * x[i];
-    j.col(2) += 0.125 * corner[i][2] * a * b * x[i];
+    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(), c = 1 + cell_corner[i][2] * xi.z();
+    j.col(0) += 0.125 * cell_corner[i][0] * b * c * x[i];
+    j.col(1) += 0.125 * cell_corner[i][1] * a * c * x[i];
+    j.col(2) += 0.125 * cell_corner[i][2] * a * b * x[i];
   }
   return j;
 }
@@ -173,7 +171,7 @@ std::optional<Vec3> surface_outside(const Vec3& centre, const Vec3& direction, d
 
 std::array<double, 8> hex_shape(const Vec3& xi) {
   std::array<double, 8> n;
-  for (int i = 0; i < 8; ++i) n[i] = 0.125 * (1 + corner[i][0] * xi.x()) * (1 + corner[i][1] * xi.y()) * (1 + corner[i][2] * xi.z());
+  for (int i = 0; i < 8; ++i) n[i] = 0.125 * (1 + cell_corner[i][0] * xi.x()) * (1 + cell_corner[i][1] * xi.y()) * (1 + cell_corner[i][2] * xi.z());
   return n;
 }
 

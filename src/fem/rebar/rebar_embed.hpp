@@ -33,6 +33,9 @@ struct HostPoint {
 /// Maps a point (world, reference configuration) to its cell, or nothing if it is outside. On shared faces any of the cells.
 using HostSearch = std::function<std::optional<HostPoint>(const Vec3&)>;
 
+/// Corners of the reference cell, VTK order.
+inline constexpr int cell_corner[8][3] = {{-1, -1, -1}, {1, -1, -1}, {1, 1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, -1, 1}, {1, 1, 1}, {-1, 1, 1}};
+
 /// Trilinear shape functions of a hexahedron, VTK order, xi in [-1, 1]^3.
 std::array<double, 8> hex_shape(const Vec3& xi);
 
