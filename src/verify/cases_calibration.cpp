@@ -13,7 +13,6 @@
 namespace talus::verify {
 namespace {
 
-
 /// A scene that can be set up any number of times, `pitch` apart: 2 cm lie between copies, which never meet.
 struct Copied {
   std::string id, title, source;
@@ -294,8 +293,8 @@ void calibrate(CaseRun& c, const Copied& scene) {
 std::vector<Case> calibration_cases() {
   std::vector<Case> cases;
   for (const Copied& scene :
-       {turning_slide(), stop(), rider(), bounce(), rocking_scene(), wedge_scene(), edge_of_a_table(), pendulum_scene(),
-        on_springs("springs", 1e8), on_springs("soft", 1e6)})
+       {turning_slide(), stop(), rider(), bounce(), rocking_scene(), wedge_scene(), edge_of_a_table(),
+        pendulum_scene(), on_springs("springs", 1e8), on_springs("soft", 1e6)})
     cases.push_back({"invariants", "G8-" + scene.id, scene.title, scene.source, true,
                      [scene](CaseRun& c) { calibrate(c, scene); }});
   return cases;

@@ -15,7 +15,6 @@ constexpr double linear_share = 0.01;  // of s_1 that the chord k spans: a tenth
 constexpr double torn_after = 2.5e-3;  // slip from the splitting of the cover until it holds nothing [m]
 constexpr double beyond_bar = 31;      // diameters: with that width the cover is stronger than any bar
 
-
 /// Gradients of the shape functions [1/m] and the Jacobian at a reference point.
 struct Gradients {
   std::array<Vec3, 8> of;
@@ -25,7 +24,8 @@ Gradients gradients(std::span<const Vec3> nodes, const std::array<int, 8>& hex, 
   Gradients g;
   g.jacobian = Mat3::Zero();
   for (std::size_t i = 0; i < 8; ++i) {
-    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(), c = 1 + cell_corner[i][2] * xi.z();
+    const double a = 1 + cell_corner[i][0] * xi.x(), b = 1 + cell_corner[i][1] * xi.y(),
+                 c = 1 + cell_corner[i][2] * xi.z();
     g.of[i] = 0.125 * Vec3(cell_corner[i][0] * b * c, cell_corner[i][1] * a * c, cell_corner[i][2] * a * b);
     g.jacobian += nodes[static_cast<std::size_t>(hex[i])] * g.of[i].transpose();
   }
