@@ -3,7 +3,7 @@
 /// At s the pair has a separating (or least overlapping) axis n with gap g. Seen from the body that owns the axis (frame K,
 /// turning with it) a vertex y of the other body moves along n as
 ///
-///   h(t) >= h_0 + h' t + h'' t^2 / 2 - J t^3 / 6,    J = (|w_K| + |w|)^3 r + |w_K|^3 C + 3 |w_K|^2 C' + 3 |w_K| C''
+///   h(t) >= h_0 + h' t + ... + h'''' t^4 / 24 - J t^5 / 120,    J = (|w_K| + |w|)^5 r + |w_K|^5 C + 5 |w_K|^4 C' + 10 |w_K|^3 C''
 ///
 /// which bounds the gap from below over [s, s + T] whatever the true normal does. T is the longest step for which the bound
 /// stays above the level sought, so no crossing is ever stepped over.
@@ -25,7 +25,7 @@ namespace {
 using narrow::Hull;
 
 constexpr double never = 2.0;
-constexpr int most_advances = 20000;
+constexpr int most_advances = 20000, most_trials = 60;
 
 struct Mover {
   const Polyhedron* p;
@@ -38,9 +38,17 @@ struct Levels {
   double aim;   // a little below, so that the advance arrives
 };
 
+/// A triangle whose plane the block has not met up to s.
+struct MetPlane {
+  double s;
+  int triangle;
+  Levels level;
+};
+
 struct AdvanceScratch {
   Hull a, b, start;
   std::vector<int> triangles;
+  std::vector<MetPlane> planes;
   std::vector<std::pair<Vec3, double>> pressed;  // normal and gap of the triangles in contact at the start
 };
 thread_local AdvanceScratch advance_scratch;
@@ -50,40 +58,81 @@ Mover mover(const Polyhedron& p, const Motion& m) { return {&p, &m, p.radius * n
 Vec3 velocity(const Motion& m, double s) { return m.displacement + (2 * s - 1) * m.half_gravity_step; }
 
 /// Lower bound over [0, T] of the gap of the other body's vertices along n (out of the owner), the owner's extent given.
-struct Bound {
-  const Hull* hull;      // other body relative to the owner's centroid
-  Vec3 n, centre;        // centre of the other body relative to the owner's
-  Vec3 wk, w;            // rotations of owner and other
-  Vec3 v, q2;            // relative velocity of the centroids, its constant derivative
-  double level;          // n . (highest point of the owner)
-  double reach;
-  double over(double T) const {
-    const double ak = wk.norm(), a = w.norm();
-    const double speed = v.norm() + T * q2.norm(), distance = centre.norm() + T * speed;
-    const double sum = ak + a;
-    const double jerk = sum * sum * sum * reach + ak * ak * ak * distance + 3 * ak * ak * speed + 3 * ak * q2.norm();
-    // Height, rate and second rate in the owner's frame are linear in the place x of a vertex, y = x - centre:
-    //   h' = n . (v + w x y - w_K x x)      h'' = n . (q + w x (w x y)) - 2 (n x w_K) . (v + w x y) + (n x w_K) . (w_K x x)
-    const Vec3 wkn = n.cross(wk);
-    const Vec3 of_y1 = n.cross(w), of_y2 = w * n.dot(w) - n * w.squaredNorm() - 2 * wkn.cross(w);
-    const Vec3 of_x1 = of_y1 - wkn, of_x2 = of_y2 + wkn.cross(wk);
-    const double rate = n.dot(v) - of_y1.dot(centre), bend = n.dot(q2) - 2 * wkn.dot(v) - of_y2.dot(centre);
-    using Packet = Hull::Packet;
-    Packet least = Packet::Constant(std::numeric_limits<double>::infinity());
-    for (int i = 0; i < hull->padded; i += Hull::width) {
-      const Packet h0 = hull->heights(i, n), h1 = rate + hull->heights(i, of_x1), h2 = bend + hull->heights(i, of_x2);
-      const Packet ends = h0.min(h0 + T * (h1 + 0.5 * T * h2));
-      // The vertex of the parabola where it lies within [0, T].
-      const Packet turn = h0 - 0.5 * h1 * h1 / (h2 > 0).select(h2, 1.0);
-      least = least.min((h2 > 0 && h1 < 0 && -h1 < T * h2).select(turn, ends));
-    }
-    return least.minCoeff() - jerk * T * T * T / 6 - level;
+///
+/// In the owner's frame h^(k) = n . D^k (c + R x) with D u = u' - w_K x u, so that with n_m = (w_K x)^m n
+///
+///   h^(k) = X_k . x + n_k . c + k n_(k-1) . c' + k (k-1) / 2 n_(k-2) . c'',    X_k = sum over j of C(k, j) (-w x)^j n_(k-j)
+///
+/// is linear in the place x of a vertex. h is at least its Taylor polynomial of order 4 less J T^5 / 120; of the polynomial the larger of two
+/// bounds holds: that of its parabola at its lowest and of the rest at its ends, and the least of its Bernstein coefficients.
+class Bound {
+ public:
+  /// `other`: the hull of the other body relative to the owner's centroid, its centre `between`; the rotations, relative velocity of the centroids and its constant
+  /// derivative; `height`: n . (highest point of the owner); `reach` of the other body.
+  Bound(const Hull* other, const Vec3& n, const Vec3& between, const Vec3& owner_turns, const Vec3& other_turns, const Vec3& velocity, const Vec3& bend, double height, double reach)
+      : hull_(other), centre_(between), wk_(owner_turns), w_(other_turns), v_(velocity), q2_(bend), reach_(reach) {
+    look_along(n, height);
   }
+  /// The same motion along another axis.
+  void look_along(const Vec3& n, double height) {
+    static constexpr double binomial[orders][orders] = {{1}, {1, 1}, {1, 2, 1}, {1, 3, 3, 1}, {1, 4, 6, 4, 1}};
+    height_ = height;
+    Vec3 turned[orders];   // n_m; then (-w x)^j of them
+    turned[0] = n;
+    for (int m = 1; m < orders; ++m) turned[m] = wk_.cross(turned[m - 1]);
+    for (int k = 0; k < orders; ++k) {
+      at_[k].setZero();
+      of_centre_[k] = turned[k].dot(centre_);
+      if (k > 0) of_centre_[k] += k * turned[k - 1].dot(v_);
+      if (k > 1) of_centre_[k] += 0.5 * k * (k - 1) * turned[k - 2].dot(q2_);
+    }
+    for (int j = 0; j < orders; ++j) {
+      for (int k = j; k < orders; ++k) at_[k] += binomial[k][j] * turned[k - j];
+      for (int m = 0; m + j + 1 < orders; ++m) turned[m] = turned[m].cross(w_);
+    }
+    for (int k = 0; k < orders; ++k) of_centre_[k] -= at_[k].dot(centre_);   // the hull holds x + c
+  }
+  double over(double T) const {
+    using Packet = Hull::Packet;
+    const double ak = wk_.norm(), sum = ak + w_.norm(), ak3 = ak * ak * ak, speed = v_.norm() + T * q2_.norm(), distance = centre_.norm() + T * speed;
+    const double jerk = sum * sum * sum * sum * sum * reach_ + ak3 * (ak * ak * distance + 5 * ak * speed + 10 * q2_.norm());
+    const double T2 = T * T / 2, T3 = T * T2 / 3, T4 = T * T3 / 4;
+    Packet least = Packet::Constant(std::numeric_limits<double>::infinity());
+    for (int i = 0; i < hull_->padded; i += Hull::width) {
+      const auto order = [&](int k) -> Packet { return of_centre_[k] + hull_->heights(i, at_[k]); };
+      const Packet h = order(0), rate = order(1), bend = order(2), a1 = T * rate, a2 = T2 * bend, a3 = T3 * order(3), a4 = T4 * order(4);
+      // The vertex of the parabola where it lies within [0, T]; t^3 times a line is least at an end.
+      const Packet turn = h - 0.5 * rate * rate / (bend > 0).select(bend, 1.0), ends = h.min(h + a1 + a2);
+      const Packet parabola = (bend > 0 && rate < 0 && -rate < T * bend).select(turn, ends) + a3.min(a3 + a4).min(0.0);
+      const Packet bernstein = h.min(h + 0.25 * a1).min(h + 0.5 * a1 + a2 / 6).min(h + 0.75 * a1 + 0.5 * a2 + 0.25 * a3).min(h + a1 + a2 + a3 + a4);
+      least = least.min(parabola.max(bernstein));
+    }
+    return least.minCoeff() - jerk * T * T4 / 5 - height_;
+  }
+  /// A time in [0, T] up to which the bound stays above `aim`: T, or just before it falls below; 0 if it is below at once. `gap`: the bound at 0.
+  double clear_for(double T, double aim, double gap) const {
+    double low = over(T);
+    if (low >= aim) return T;
+    if (gap < aim) return 0;
+    for (int trial = 0; trial < most_trials; ++trial) {
+      T *= std::clamp(0.999 * (gap - aim) / (gap - low), 0.05, 0.95);
+      low = over(T);
+      if (low >= aim) return T;
+    }
+    return 0;
+  }
+
+ private:
+  static constexpr int orders = 5;
+  const Hull* hull_;
+  Vec3 centre_, wk_, w_, v_, q2_;
+  double reach_, height_ = 0;
+  Vec3 at_[orders];            // X_k
+  double of_centre_[orders];   // of h^(k), what is the same for all vertices
 };
 
 struct Situation {
   double gap;
-  bool owner_is_a;
   Vec3 normal;  // out of A
 };
 
@@ -94,15 +143,14 @@ Situation look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
   a.set(*A.p, Vec3::Zero(), pa.F);
   b.set(*B.p, between, pb.F);
   const auto sep = narrow::gjk(a, b, between, std::numeric_limits<double>::infinity());
-  const bool slower = A.motion->rotation.squaredNorm() <= B.motion->rotation.squaredNorm();
   if (!sep.overlap && sep.distance > 1e-9 * std::min(A.reach, B.reach)) {
     // Very close together the direction of the closest points is lost in round-off: it must part the two as far as they are.
     double lo, hi;
     a.extent(sep.normal, lo, hi);
-    if (b.min_height(sep.normal) - hi > 0.99 * sep.distance) return {sep.distance, slower, sep.normal};
+    if (b.min_height(sep.normal) - hi > 0.99 * sep.distance) return {sep.distance, sep.normal};
   }
   const auto axis = narrow::signed_axis(a, b);
-  return {axis.gap, axis.owner == 0 ? true : axis.owner == 1 ? false : slower, axis.normal};
+  return {axis.gap, axis.normal};
 }
 
 double extent_up(const Hull& h, const Vec3& n) {
@@ -115,10 +163,10 @@ double extent_up(const Hull& h, const Vec3& n) {
 Bound bound_along(const Mover& A, const Mover& B, bool owner_is_a, const Vec3& normal, double s, const Vec3& between, Hull& a, Hull& b) {
   const Vec3 v = velocity(*B.motion, s) - velocity(*A.motion, s);
   const Vec3 q2 = 2 * (B.motion->half_gravity_step - A.motion->half_gravity_step);
-  if (owner_is_a) return {&b, normal, between, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, normal), B.reach};
+  if (owner_is_a) return Bound(&b, normal, between, A.motion->rotation, B.motion->rotation, v, q2, extent_up(a, normal), B.reach);
   for (Hull* h : {&a, &b})
     for (int i = 0; i < h->padded; ++i) h->x[i] -= between.x(), h->y[i] -= between.y(), h->z[i] -= between.z();
-  return {&a, -normal, -between, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -normal), A.reach};
+  return Bound(&a, -normal, -between, B.motion->rotation, A.motion->rotation, -v, -q2, extent_up(b, -normal), A.reach);
 }
 
 /// First s in [from, to] where the gap falls to levels.stop; `never` if it does not.
@@ -129,18 +177,12 @@ double advance(const Mover& A, const Mover& B, double from, double to, const Lev
     const Situation now = look(A, B, s, a, b);
     if (now.gap <= levels.stop) return s;
     if (s >= to) return never;
-    const Bound bound = bound_along(A, B, now.owner_is_a, now.normal, s, B.motion->at(s).c - A.motion->at(s).c, a, b);
-    double T = to - s;
-    for (int trial = 0; trial < 60; ++trial) {
-      const double low = bound.over(T);
-      if (low >= levels.aim) {
-        if (trial == 0) return never;
-        break;
-      }
-      const double share = (now.gap - levels.aim) / (now.gap - low);
-      T *= std::clamp(0.999 * share, 0.05, 0.95);
-    }
-    const double next = T >= to - s ? to : s + T;
+    // The axis turns with the body whose face or edge it stands on; closest points do not tell which that is, so the better bound counts.
+    const Vec3 between = B.motion->at(s).c - A.motion->at(s).c;
+    double T = bound_along(A, B, true, now.normal, s, between, a, b).clear_for(to - s, levels.aim, now.gap);
+    if (T < to - s) T = std::max(T, bound_along(A, B, false, now.normal, s, between, a, b).clear_for(to - s, levels.aim, now.gap));
+    if (T >= to - s) return never;
+    const double next = s + T;
     if (next <= s) return s;  // no progress possible in double precision: it is there
     s = next;
   }
@@ -325,12 +367,7 @@ double time_of_impact(const Plane& plane, const Polyhedron& B, const Motion& mot
     if (s >= 1) return never;
     const Bound bound{&hull, n, pose.c - plane.point, Vec3::Zero(), motion.rotation, velocity(motion, s),
                       2 * motion.half_gravity_step, 0.0, b.reach};
-    double T = 1 - s;
-    for (int trial = 0; trial < 60; ++trial) {
-      const double low = bound.over(T);
-      if (low >= levels.aim) break;
-      T *= std::clamp(0.999 * (gap - levels.aim) / (gap - low), 0.05, 0.95);
-    }
+    const double T = bound.clear_for(1 - s, levels.aim, gap);
     const double next = T >= 1 - s ? 1.0 : s + T;
     if (next <= s) return s;
     s = next;
@@ -411,20 +448,27 @@ double time_of_impact(const SurfaceIndex& index, const Polyhedron& B, const Moti
       continue;
     }
     candidates(box);
-    double first = never;
     advance_scratch.start.set(B, Vec3::Zero(), motion_b.at(span.s0).F);
     Bound above{&advance_scratch.start, Vec3::UnitZ(), Vec3::Zero(), Vec3::Zero(), motion_b.rotation, velocity(motion_b, span.s0),
                 2 * motion_b.half_gravity_step, 0, b.reach};
     const Vec3 centre = motion_b.at(span.s0).c;
+    // Most triangles are cleared at once: the whole block stays above their plane. Of the others those come first whose plane it meets first: nothing
+    // is met before, and what is met bounds the search of the rest.
+    auto& planes = advance_scratch.planes;
+    planes.clear();
     for (const int t : advance_scratch.triangles) {
-      // Most triangles are cleared at once: the whole block stays above their plane.
       const Levels level = levels(t);
-      above.n = surface.normal[t];
-      above.level = above.n.dot(X[T[t][0]] - centre);
-      if (above.over(std::min(first, span.s1) - span.s0) >= level.aim) continue;
-      with_triangle(t, [&](const Mover& a) {
-        pieces(b, flat_b, surface.triangle_box(t), span.s0, span.s1, tolerance, [&](const Mover& piece) {
-          first = std::min(first, advance(a, piece, span.s0, std::min(first, span.s1), level));
+      above.look_along(surface.normal[t], surface.normal[t].dot(X[T[t][0]] - centre));
+      const double clear = above.clear_for(span.s1 - span.s0, level.aim, above.over(0));
+      if (clear < span.s1 - span.s0) planes.push_back({span.s0 + clear, t, level});
+    }
+    std::stable_sort(planes.begin(), planes.end(), [](const MetPlane& p, const MetPlane& q) { return p.s < q.s; });
+    double first = never;
+    for (const MetPlane& plane : planes) {
+      if (plane.s >= first) break;
+      with_triangle(plane.triangle, [&](const Mover& a) {
+        pieces(b, flat_b, surface.triangle_box(plane.triangle), span.s0, span.s1, tolerance, [&](const Mover& piece) {
+          first = std::min(first, advance(a, piece, plane.s, std::min(first, span.s1), plane.level));
         });
       });
     }
