@@ -248,6 +248,8 @@ class FemStructure : public Structure, public RefinableStructure, public Divided
   long count_cuts();
   Mat3 gradient_at_centre(int cell) const;
   double face_opening(int a, int b, int face) const;
+  bool parted(int cell) const;
+  std::vector<int> parted_beside(const std::vector<std::vector<int>>& pieces) const;
   std::vector<int> piece_labels() const;
   std::set<int> held_pieces(const std::vector<int>& label) const;
   std::vector<std::vector<int>> loose_pieces() const;

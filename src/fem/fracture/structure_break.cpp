@@ -15,11 +15,12 @@
 namespace talus::fem {
 
 namespace {
-// A cracked cell still closes, carries pressure along its cracks, and its bars hold: it is eroded only once it stands wide open,
-// and as long as a bar in it holds, not before it is distorted beyond use.
-constexpr double strain_limit = 0.5;     // strain at which a cell is eroded whatever its damage
-constexpr double open_gap = 5e-3;        // with all points at the cap [m]
-constexpr double torn_strain = 1;        // of a cell 1.7 times as long as it was: no solid to touch or to compute with, also where nothing is to erode
+// A cracked cell carries pressure along its cracks and across them once they close, and its bars hold: however wide it stands open, it goes only when it is crushed, too, or
+// when what it parts comes off (structure_pieces.cpp).
+constexpr double open_gap = 5e-3;        // of what is cracked and crushed [m]
+// No solid to touch or to compute with, also where nothing is to erode:
+constexpr double torn_strain = 1;        // of a cell 1.7 times as long as it was
+constexpr double flat_volume = 0.1;      // of what it was: next to inside out
 constexpr std::size_t least_piece = 2;   // cells; a single one is rubble
 constexpr double least_volume = 1e-3;    // [m^3], and so is what a hand can hold
 constexpr double least_share = 0.01;     // unless the structure is small itself: this share of its volume
@@ -127,12 +128,11 @@ void FemStructure::remove_node(int n) {
 
 std::vector<int> FemStructure::spent_cells() const {
   const std::vector<char> none;
-  if (!spec_.erosion) return damage_->spent(torn_strain, std::numeric_limits<double>::infinity(), none);
-  return damage_->spent(strain_limit, open_gap, bars_ ? bars_->tied(live_.size()) : none);
+  return damage_->spent({flat_volume, torn_strain, spec_.erosion ? open_gap : std::numeric_limits<double>::infinity()}, bars_ ? bars_->tied(live_.size()) : none);
 }
 
 void FemStructure::erode(const std::vector<int>& cells) {
-  if (!spec_.erosion && eroded_volume_ == 0) report_(fmt::format("structure {}: cells torn to 1.7 times their length are removed, although erosion is off", spec_.name));
+  if (!spec_.erosion && eroded_volume_ == 0) report_(fmt::format("structure {}: cells torn to 1.7 times their length or crushed flat are removed, although erosion is off", spec_.name));
   drop_orphans(cells);
   ++breaks_;
   rebuild_skin();
@@ -246,12 +246,14 @@ std::vector<Fragment> FemStructure::take_fragments() {
   if (pieces.empty()) return {};
 
   forces(time_);  // energies of the cells
+  drop_orphans(parted_beside(pieces));
   const std::vector<SeatedNode> seats = seated_nodes();   // a cap beam may come off before its deck
   std::vector<Fragment> fragments;
   for (const std::vector<int>& piece : pieces) {
     if (is_rubble(piece)) drop_orphans(piece);
     else fragments.push_back(detach(piece, seats));
   }
+  ++breaks_;
   cuts_seen_ = count_cuts();  // the parts that left took some of it along
   rebuild_skin();
   moved();

@@ -1,5 +1,6 @@
 // Which cells of a broken structure hang together, and which of these pieces nothing holds any more.
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -12,14 +13,38 @@ namespace {
 constexpr double cut_damage = 0.99;      // a face is cut when both sides are damaged beyond this in every point
 // and stand apart along its normal: a crack of 1 mm has no cohesion left (that ends near 0.2 mm) and little interlock.
 constexpr double cut_opening = 1e-3;     // [m]
+constexpr double parted_opening = 5e-3;  // of a cell that is cracked through: of one row of cells alone, which as a whole is the crack [m]
 }  // namespace
+
+/// Whether a cell is the gap between what it joined: cracked through and open, and no bar that holds goes through it.
+bool FemStructure::parted(int cell) const {
+  if (!spec_.erosion || !damage_ || !damage_->has(cell) || !damage_->cracked_through(cell)) return false;
+  if (bars_ && bars_->tied(live_.size())[static_cast<std::size_t>(cell)]) return false;
+  return ((Mat3::Identity() + gradient_at_centre(cell)).determinant() - 1) * std::cbrt(cell_mass_[cell] / spec_.density) > parted_opening;
+}
+
+/// Own cells that are parted and share a node with one of these pieces, of all ranks, by their numbers in the whole mesh.
+std::vector<int> FemStructure::parted_beside(const std::vector<std::vector<int>>& pieces) const {
+  if (!damage_ || !spec_.erosion) return {};
+  const auto whole = [this](int n) { return partition_ ? partition_->whole_node(n) : n; };
+  std::set<int> nodes;
+  for (const std::vector<int>& piece : pieces)
+    for (const double n : of_cells(piece, 8, [&](int cell, double* to) { for (const int at : mesh_.hexes[cell]) *to++ = whole(at); })) nodes.insert(static_cast<int>(n));
+  std::vector<int> list;
+  for (const int cell : damage_->cells()) {
+    const auto& hex = mesh_.hexes[cell];
+    if (own_cell(cell) && live_[cell] && std::any_of(hex.begin(), hex.end(), [&](int n) { return nodes.count(whole(n)) > 0; }) && parted(cell)) list.push_back(cell);
+  }
+  return joined(list);
+}
 
 /// A number that changes when a cell cracks or goes, or a bearing lets go: only then pieces can come off.
 long FemStructure::count_cuts() {
   long cuts = breaks_ * 1'000'000'000L;  // apart from the count: an eroded cell leaves it
   double cracked = 0;
   if (damage_)
-    for (int cell : damage_->cells()) cracked += own_cell(cell) && damage_->tension_least(cell) > cut_damage ? 1 : 0;
+    for (int cell : damage_->cells())
+      if (own_cell(cell) && damage_->tension_least(cell) > cut_damage) cracked += parted(cell) ? 2 : 1;
   sum({&cracked, 1});
   cuts += static_cast<long>(cracked);
   if (bearings_)
@@ -53,10 +78,13 @@ double FemStructure::face_opening(int a, int b, int face) const {
   return sum;
 }
 
-/// Of each cell here the lowest number, in the whole mesh, of those that it hangs together with: by faces that no crack cuts, and by bars. -1: it is gone, or not computed here.
+/// Of each cell here the lowest number, in the whole mesh, of those that it hangs together with: by faces that no crack cuts, and by bars. -1: it is gone, parted, or not computed here.
 std::vector<int> FemStructure::piece_labels() const {
   const int cells = static_cast<int>(mesh_.hexes.size());
-  const auto counts = [&](int cell) { return live_[cell] && (!partition_ || partition_->local_cells()[cell]); };
+  std::vector<char> solid(live_.begin(), live_.end());
+  if (damage_)
+    for (const int cell : damage_->cells()) solid[static_cast<std::size_t>(cell)] = live_[cell] && !parted(cell);
+  const auto counts = [&](int cell) { return solid[static_cast<std::size_t>(cell)] && (!partition_ || partition_->local_cells()[cell]); };
   DisjointSets sets(cells);
   for (int cell = 0; cell < cells; ++cell) {
     if (!counts(cell)) continue;
@@ -75,7 +103,7 @@ std::vector<int> FemStructure::piece_labels() const {
       if (live_[a] && live_[b]) sets.join(a, b);
     });
     for (int cell = 0; cell < cells; ++cell)
-      if (live_[cell]) label[static_cast<std::size_t>(cell)] = sets.root(cell);
+      if (solid[static_cast<std::size_t>(cell)]) label[static_cast<std::size_t>(cell)] = sets.root(cell);
     return label;
   }
   // What each rank calls the sets of those cells that others know, too, and of those that bars tie to others.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "core/error.hpp"
 #include "fem/materials/material_cdpm2.hpp"
@@ -125,17 +126,20 @@ class FieldOf final : public DamageField {
     accepted_ = evaluation_;
   }
 
-  std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const override {
+  std::vector<int> spent(const Spent& when, const std::vector<char>& kept) const override {
     std::vector<int> list;
-    const double gap = opening * opening * opening;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       if (!own(cells_[i])) continue;
-      bool all = result_[i].opened > gap && (kept.empty() || !kept[cells_[i]]);
-      for (int q = 0; q < 8 && all; ++q) all = all && std::max(H::tension(next_[i], q), H::compression(next_[i], q)) >= cap_ * (1 - 1e-12);
-      if (all || result_[i].largest_strain > limit) list.push_back(cells_[i]);
+      const LawResult& r = result_[i];
+      const bool holds = !kept.empty() && kept[cells_[i]];
+      bool empty = !holds && (r.volume - 1) * std::cbrt(geometry_[i].volume) > when.opening;
+      for (int q = 0; q < 8 && empty; ++q) empty = at_cap(H::tension(next_[i], q)) && at_cap(H::compression(next_[i], q));
+      if (empty || r.least_volume < when.flat || (!holds && r.largest_strain > when.torn)) list.push_back(cells_[i]);
     }
     return list;
   }
+
+  bool cracked_through(int cell) const override { return at_cap(tension_least(cell)); }
 
   double tension(int cell) const override {
     return over_points(cell, [](const Cell& c, int q) { return H::tension(c, q); }, [](double a, double b) { return std::max(a, b); });
@@ -258,7 +262,7 @@ class FieldOf final : public DamageField {
     LawResult result;
     result.grew = law_.stress8(&e.at.strain[0][0], rates, g.frame, H::in(old), H::in(next), &a.stress[0][0], a.energy, a.dissipation);
     result.largest_strain = e.at.largest;
-    result.opened = e.at.dilation * e.at.dilation * e.at.dilation * g.volume;
+    find_volume(e.at, result);
     if (result.grew && motion.v && motion.step > 0 && points_.largest_way(g, motion.v, motion.step) > path_increment * peak_strain_) {
       alignas(64) double before[6][8], way[6][8];
       points_.before(g, e.at, motion.v, motion.step, finite_, before, way);
@@ -267,6 +271,22 @@ class FieldOf final : public DamageField {
     result.energy = g.volume * mean_of(a.energy);
     result.dissipation = g.volume * mean_of(a.dissipation);
     return result;
+  }
+
+  bool at_cap(double damage) const { return damage >= cap_ * (1 - 1e-12); }
+
+  /// det F over the points; while strains are small 1 and the trace of the strain will do.
+  static void find_volume(const PointStrains& at, LawResult& result) {
+    constexpr double small = 0.05;
+    result.volume = result.least_volume = 1 + at.dilation;
+    if (at.largest < small) return;
+    result.volume = 0, result.least_volume = std::numeric_limits<double>::infinity();
+    for (int q = 0; q < 8; ++q) {
+      Mat3 f = Mat3::Identity();
+      for (int k = 0; k < 9; ++k) f(k / 3, k % 3) += at.displacement_gradient[k][q];
+      const double j = f.determinant();
+      result.volume += j / 8, result.least_volume = std::min(result.least_volume, j);
+    }
   }
 
   /// Lateral strains by the accepted damage.

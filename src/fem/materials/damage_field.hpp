@@ -40,7 +40,7 @@ struct Motion {
 struct LawResult {
   double energy = 0, dissipation = 0;  // [J]
   double largest_strain = 0;           // Frobenius norm, a bound on the principal values
-  double opened = 0;                   // cube of the mean trace of the strain times the volume: a crack of width w opens a cell of edge l by w / l [m^3]
+  double volume = 1, least_volume = 1; // det F, mean and least over the points
   bool grew = false;
 };
 
@@ -66,9 +66,16 @@ class DamageField {
   /// Forgets the cells that joined since accept(), and returns them: an evaluation starts from accepted histories alone, so that its bits
   /// do not depend on how often the state has been asked for its forces before.
   std::vector<int> drop_unaccepted();
-  /// Own cells to erode by the last evaluation, in any order: a strain (Frobenius norm) above `limit`, or all points at the cap and a
-  /// strain that opens the cell by more than `opening` [m]; `kept` cells (hosts of bars that hold) only by the first.
-  virtual std::vector<int> spent(double limit, double opening, const std::vector<char>& kept) const = 0;
+  /// When a cell has nothing left to carry, or is no solid any more.
+  struct Spent {
+    double flat;      // least det F of a solid
+    double torn;      // largest strain (Frobenius norm)
+    double opening;   // by volume, (det F - 1) V^(1/3), of a cell that is at the cap at all points both in tension and in compression [m]
+  };
+  /// Own cells to erode by the last evaluation, in any order; `kept` cells (hosts of bars that hold) only where they are flat.
+  virtual std::vector<int> spent(const Spent& when, const std::vector<char>& kept) const = 0;
+  /// Whether all points of a cell are at the cap in tension, accepted states.
+  virtual bool cracked_through(int cell) const = 0;
   void remove(int cell) {
     if (has(cell)) remove_if([cell](int c) { return c == cell; });
   }

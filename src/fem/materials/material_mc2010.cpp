@@ -12,7 +12,8 @@ namespace talus::material {
 namespace {
 
 constexpr double mpa = 1e6;
-// Of f_t over f_cm: above it concrete would begin to crush (0.2 f_cm) before it cracks; below it the energy of crushing, (f_c / f_t)^2 G_F, is beyond that of any test.
+// Of f_t over f_cm: above it concrete would begin to crush (0.2 f_cm) before it cracks; below it lies no test of concrete.
+constexpr double crushing_over_tearing = 250;   // G_c / G_F
 constexpr double least_tension = 0.02, most_tension = 0.2;
 
 double table_eps_c1(double f_cm_mpa) {
@@ -71,7 +72,7 @@ Concrete mc2010(const ConcreteInput& input, const std::string& key) {
        f_ck <= 50 ? "MC2010: 0.3 f_ck^(2/3)" : "MC2010: 2.12 ln(1 + 0.1 f_cm)");
   take(c.fracture_energy, input.fracture_energy, 73 * std::pow(f_cm, 0.18), 1, "G_F", "N/m", "MC2010: 73 f_cm^0.18");
   take(c.eps_c1, input.eps_c1, table_eps_c1(f_cm), 1, "eps_c1", "", "MC2010: table 5.1-8");
-  take(c.crushing_energy, input.crushing_energy, c.f_cm * c.f_cm / (c.f_t * c.f_t) * c.fracture_energy, 1, "G_c", "N/m", "(f_c/f_t)^2 G_F, not in MC2010");
+  take(c.crushing_energy, input.crushing_energy, crushing_over_tearing * c.fracture_energy, 1, "G_c", "N/m", "250 G_F, not in MC2010");
   take(c.biaxial_ratio, input.biaxial_ratio, 1.16, 1, "f_bc/f_c", "", "Kupfer");
 
   if (!(c.f_t >= least_tension * c.f_cm && c.f_t <= most_tension * c.f_cm))

@@ -225,12 +225,4 @@ Bearing::Slide Bearing::slides(double closing, const std::array<double, 2>& t, c
   return at(0.5 * (low + high));
 }
 
-bool Erosion::operator()(const double* damage, int points, double strain, double critical_step, double first_critical_step) const {
-  if (!(strain <= principal_strain)) return true;  // also when it is not a number
-  if (critical_step < step_ratio * first_critical_step) return true;
-  for (int i = 0; i < points; ++i)
-    if (damage[i] < cap) return false;
-  return points > 0;
-}
-
 }  // namespace talus::material

@@ -131,14 +131,4 @@ class Bearing {
   Parameters p_;
 };
 
-/// An integration point counts as failed at the damage cap in tension; an element erodes when all its points have failed, or one
-/// principal strain exceeds 0.10, or its critical step fell below a tenth of its first. The mass of its nodes stays.
-struct Erosion {
-  double cap = 1 - 1e-5;
-  double principal_strain = 0.10;
-  double step_ratio = 0.1;
-  /// damage: of the n points (the larger of tension and compression); strain: largest magnitude of a principal strain in the cell.
-  bool operator()(const double* damage, int points, double strain, double critical_step, double first_critical_step) const;
-};
-
 }  // namespace talus::material

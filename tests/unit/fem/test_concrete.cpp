@@ -84,25 +84,6 @@ TEST(StructureCdpm2, ConfinementRaisesThePeakAsTheSurfaceSays) {
   EXPECT_LT(peak_stress(cube("concrete"), 10e6, 0.01), 60e6);
 }
 
-TEST(Erosion, TakesWhatStandsOpenNotWhatIsPressedTogether) {
-  for (const char* law : {"concrete", "concrete-cdpm2"}) {
-    const HexMesh mesh = make_mesh(cube(law));
-    const auto field = make_damage_field(law, mesh, material::mc2010({.f_cm = 30e6}, "material"), false, true, {0.1}, "cell_size");
-    const auto spent_at = [&](double shortening) {
-      std::vector<double> u(32, 0.0), f(32, 0.0);
-      for (int n = 0; n < 8; ++n) u[4 * n + 2] = -shortening * mesh.nodes[n].z();
-      if (field->has(0)) field->add_forces({.u = u.data()}, f.data());
-      else field->try_cell(0, {.u = u.data()}, f.data());
-      field->accept();
-      return field->spent(0.5, 5e-3, {}).size();
-    };
-    for (int i = 1; i <= 40; ++i) EXPECT_EQ(spent_at(0.3 * i / 40), 0u) << law;   // 30 mm
-    std::size_t open = 0;
-    for (int i = 1; i <= 40; ++i) open = spent_at(-0.3 * i / 40);
-    EXPECT_EQ(open, 1u) << law;
-  }
-}
-
 TEST(Erosion, BooksDoNotKnowWhereZeroIs) {
   const auto lost = [](double z) {
     StructureSpec s = cantilever(2, 8);

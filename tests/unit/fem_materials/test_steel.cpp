@@ -242,16 +242,5 @@ TEST(Bearing, SticksSlidesLiftsAndFallsOff) {
   EXPECT_THROW(Bearing{p}, InputError);
 }
 
-TEST(Erosion, EachCriterion) {
-  const Erosion erosion;
-  const double capped[3] = {1 - 1e-5, 1 - 1e-5, 1 - 1e-5}, alive[3] = {1 - 1e-5, 0.9, 1 - 1e-5};
-  EXPECT_TRUE(erosion(capped, 3, 0.01, 1, 1));
-  EXPECT_FALSE(erosion(alive, 3, 0.01, 1, 1));
-  EXPECT_TRUE(erosion(alive, 3, 0.11, 1, 1));
-  EXPECT_TRUE(erosion(alive, 3, 0.01, 0.09, 1));
-  EXPECT_TRUE(erosion(alive, 3, std::nan(""), 1, 1));
-  EXPECT_FALSE(erosion(nullptr, 0, 0.01, 1, 1));
-}
-
 }  // namespace
 }  // namespace talus::material
