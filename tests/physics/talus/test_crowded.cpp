@@ -53,7 +53,8 @@ SceneText wall(const std::string& law) {
 // Each of the some nine islands that it comes to has steps of its own.
 TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 120000, 2000); }
 
-TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 120000, 900); }
+// A tenth of a millimetre in the place of the ball makes 670 to 1800 steps of it, at 74,000 to 98,000 factorisations.
+TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 120000, 2000); }
 
 /// The first of ten slabs on end is pushed over.
 TEST(Crowded, RowOfDominoes) {
