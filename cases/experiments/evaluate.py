@@ -5,8 +5,7 @@ usage: evaluate.py [--talus PROGRAM] [--out DIR] [--only NAME,...] [--plot FILE.
 
 Runs one scene for each test (../experiments-*/scene.toml with the settings below) into DIR/NAME and prints a Markdown table. Peak: the
 largest deflection of midspan from its place under the beam's own weight. Residual: its mean over the last 10 ms of the run, which
-ends before the beam is quite at rest. Weight: how far it has fallen; "on" where it falls still, by more than a hundredth of its speed of impact: it has broken through, and the probe no longer follows
-what is struck. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
+ends before the beam is quite at rest. Weight: how far it has fallen; "on" where it has not been stopped: it is at its lowest at the end of the run and falls still, by more than a hundredth of its speed of impact. Peak force: the largest over means of 0.2 ms of the contact force. --reuse takes results that are there; --reduced runs
 the first 2 ms of one beam; --jobs runs so many at a time, of one thread each. Measured values: see the READMEs.
 """
 import argparse
@@ -104,7 +103,7 @@ def measure(directory):
         impulse = np.bincount(bins - bins.min(), weights=np.linalg.norm(force, axis=1) * dt)
         peak = impulse.max() / window / 1e3
     return {"time": t, "u": u, "peak": (u - u[0]).max(), "residual": (u - u[0])[t > t[-1] - 0.01].mean(), "force": peak, "end": t[-1], "damage": damage,
-            "fallen": 1e3 * fallen.max(), "falls": bool(speed[-1] < 0.01 * speed[0])}
+            "fallen": 1e3 * fallen.max(), "falls": bool(speed[-1] < 0.01 * speed[0] and fallen[-1] > 0.99 * fallen.max())}
 
 
 def plot(points, path):
