@@ -91,6 +91,7 @@ void IslandStepper::begin_step(double h, bool frozen_strain) {
     b.v0 << state_.v[k], state_.w[k], state_.eps_rate[k];
     b.momentum0 = dda::spin_momentum(model_.blocks[k], state_, b.block);
     b.ndof = model_.blocks[k].deformable && !frozen_strain ? 12 : 6;
+    if (h == 0) b.follows = false;
     if (h == 0 || !b.leapfrog || b.ndof == 6) b.internal0 = h > 0 || model_.blocks[k].deformable ? internal_energy(b.block) : 0;
     if (h > 0) {
       b.free = dda::free_flow(model_, state_, b.block, h, b.end_rule ? dda::FlowRule::implicit_end : b.leapfrog ? dda::FlowRule::leapfrog : b.strains_at_end ? dda::FlowRule::strain_at_end : dda::FlowRule::exact);

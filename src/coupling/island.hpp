@@ -206,6 +206,9 @@ class IslandStepper {
   double spring_limit(double h, bool lumped) const;
   void choose_springs(double h, bool lumped);
   bool share_end_rule(const Touch& touch, double h);
+  // island_quasistatic.cpp
+  void find_followers();
+  void balance_springs(double h);
   bool cut_at_release(double& h) const;
   Outcome smooth(double h, bool lumped, int passes, bool last_resort = false);
   // island_leapfrog.cpp
@@ -250,6 +253,8 @@ class IslandStepper {
   bool solve(double h, Effort effort);
   // island_rolling.cpp
   void add_rolling_rows();
+  contact::ProblemContact couple(const Touch& touch, std::span<const Vec3> axes);
+  void add_rocking_rows(double h, bool first_pass);
   double limit_rolling(const std::function<double(const Touch&)>& pressed);
   bool solve_rolling(double h, Effort effort);
   void list_terms();
@@ -411,6 +416,7 @@ class IslandStepper {
   std::vector<std::size_t> first_term_of_;   // into terms_of_, per body and one more
   std::vector<TermOfBody> terms_of_;      // of the bodies, ascending contacts of each
   std::vector<double> theta_of_;          // per contact of the problem
+  std::size_t rocking_rows_ = 0;          // last of the problem's contacts (add_rocking_rows)
   std::size_t jacobians_ = 0;             // entries of the Jacobians of the rows that have their place
   std::vector<double> pool_;              // masses and inverses of the problem's bodies
   std::vector<std::size_t> pool_offset_;

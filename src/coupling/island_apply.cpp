@@ -75,7 +75,7 @@ void IslandStepper::apply(double h) {
     t.impulse = problem_.contacts[static_cast<std::size_t>(t.row)].impulse;
     if (from_start_) t.theta = 1;
     if (t.stiffness > 0 && h > 0) t.indentation = indentation_at_end(t, h);
-    theta_of_[static_cast<std::size_t>(t.row)] = condensed_ && deformable_structure(t) ? 0.5 : t.theta;
+    theta_of_[static_cast<std::size_t>(t.row)] = t.spring == Mode::spring_end || (condensed_ && deformable_structure(t)) ? 0.5 : t.theta;   // of blocks of the trapezoid
   });
   list_terms();
   each_body([&](Body& b) {
@@ -157,13 +157,17 @@ void IslandStepper::set_spin(int i, const Vec3& momentum, bool strains) {
 
 double IslandStepper::indentation_at_end(const Touch& t, double h) const {
   const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
-  double u = 0;   // row 0 of J v
+  const bool by_body = t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t);   // each side goes by its own rule
+  double way = by_body ? 0.0 : -t.theta * t.u_ref;   // row 0 of theta J (v - v_ref)
   for (int k = 0; k < c.terms; ++k) {
     const contact::ContactTerm& term = problem_.terms[static_cast<std::size_t>(c.first_term + k)];
     const contact::ProblemBody& body = problem_.bodies[static_cast<std::size_t>(term.body)];
-    for (int i = 0; i < body.ndof; ++i) u += problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * problem_.v[static_cast<std::size_t>(body.offset + i)];
+    const double* const v = problem_.v.data() + body.offset;
+    const Body* const b = by_body ? &bodies_[static_cast<std::size_t>(term.body)] : nullptr;
+    const double theta = b == nullptr ? t.theta : b->end_rule ? 1.0 : 0.5;
+    for (int i = 0; i < body.ndof; ++i) way += theta * problem_.jacobians[static_cast<std::size_t>(term.jacobian + 3 * i)] * (v[i] - (b != nullptr ? b->v_ref[i] : 0.0));
   }
-  return -(t.gap_ref + t.theta * h * (u - t.u_ref));
+  return -(t.gap_ref + h * way);
 }
 
 }  // namespace talus::coupling

@@ -19,6 +19,9 @@ struct IslandStepper::Body {
   int block = 0;
   int ndof = 6;
   bool end_rule = false;               // position and strain by the velocity at the end: a force at the end of the step acts on it
+  double spring_rate_sq = 0;           // sum of k J M^-1 J^T over its closed springs [1/s^2]
+  bool follows = false;                // end_rule, and connected by springs to a block of the trapezoid: it follows that one quasi-statically
+  Vec6 strain_lag = Vec6::Zero();      // impulse of its stress at the end less that which it follows with [J s]
   bool strains_at_end = false;         // strain alone so: an onset's impulse acts on it from the start of the step, or the trapezoid would make energy
   bool guarded = false;                // in a step that is not shortened for energy made: its free flow may make none
   bool leapfrog = false;               // beside a structure in explicit steps: strain rates are those of half steps

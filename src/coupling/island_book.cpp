@@ -238,8 +238,10 @@ void IslandStepper::Booking::straining(const Body& b) {
   pending.damping_work += damped;
   // Turning changes the inertia that straining meets and the other way round; the trapezoid of the strain keeps their energy to order 2. By the end rule the
   // velocities met the stress at the end all along the step.
+  Eigen::Matrix<double, 9, 1> of_contacts = b.impulse.tail<9>();
+  if (b.follows) of_contacts.tail<6>() -= b.strain_lag;
   if (h > 0)
-    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped - b.impulse.tail<9>().dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
+    pending.algorithmic -= of.internal_energy(b.block) - b.internal0 + damped - of_contacts.dot(mean_velocity(b.v0, b.free, b.v_solved).tail<9>());
 }
 
 void IslandStepper::book(double h) {

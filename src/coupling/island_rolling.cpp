@@ -3,6 +3,11 @@
 //   |m_t| <= mu_r R p_n,   m_t opposite to the rolling velocity (w_b - w_a)_t     R = equivalent radius; of two blocks R_a R_b / (R_a + R_b)
 //   |m_n| <= mu_d R p_n,   m_n opposite to the drilling velocity (w_b - w_a)_n
 //
+//   |m_t| <= d p_n,        of a face that bounces on springs, p_n over the face; d = 0.1 accuracy L, the part of the block size that the place of its force is not known to
+//
+// The last holds what the accuracy does not see: a face that comes flat and bounces turns a tilt into a spin, w_r t_f times it by the next bounce (w_r: frequency of its
+// rocking, t_f: time of flight), so that light blocks between heavy ones would amplify round-off of the contact problem a thousandfold in each closing of a gap.
+//
 // They act as long as the normal force does: in an impact that has no duration as an impulse, bounded by the impact's own normal impulse.
 // A faceted body that rolls hops from edge to edge, and meets the ground in impacts alone.
 #include <algorithm>
@@ -33,30 +38,60 @@ double IslandStepper::rolling_arm(const Touch& t) const {
   return arm * other / (arm + other);
 }
 
+/// A row between the two sides of a touch, R (w_b - w_a) . axis for each, bounded by nothing yet.
+contact::ProblemContact IslandStepper::couple(const Touch& t, std::span<const Vec3> axes) {
+  const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, b = local_[static_cast<std::size_t>(t.b)];
+  const double arm = rolling_arm(t);
+  contact::ProblemContact c;
+  c.first_term = static_cast<int>(problem_.terms.size());
+  for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
+    if (body < 0) continue;
+    problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
+    push_couple(problem_.jacobians, axes, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
+  }
+  c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
+  c.bias[0] = 1;   // its normal row never closes
+  c.compliance[0] = 1 / model_.blocks[static_cast<std::size_t>(t.b)].mass;
+  return c;
+}
+
 /// The couples of every touch that resists rolling or drilling, after the rows of all touches; bounded by nothing yet.
 void IslandStepper::add_rolling_rows() {
   for (const Touch& t : touches_) {
     if (couples(t) == 0) continue;
-    const int a = t.a.kind == Partner::Kind::block ? local_[static_cast<std::size_t>(t.a.index)] : -1, b = local_[static_cast<std::size_t>(t.b)];
-    const dda::Model::Block& block = model_.blocks[static_cast<std::size_t>(t.b)];
-    const double arm = rolling_arm(t);
-    const auto add = [&](std::span<const Vec3> axes) {
-      contact::ProblemContact c;
-      c.first_term = static_cast<int>(problem_.terms.size());
-      for (const auto& [body, sign] : {std::pair(a, -1.0), std::pair(b, 1.0)}) {
-        if (body < 0) continue;
-        problem_.terms.push_back({body, static_cast<int>(problem_.jacobians.size())});
-        push_couple(problem_.jacobians, axes, bodies_[static_cast<std::size_t>(body)].ndof, sign * arm);
-      }
-      c.terms = static_cast<int>(problem_.terms.size()) - c.first_term;
-      c.bias[0] = 1;   // its normal row never closes
-      c.compliance[0] = 1 / block.mass;
-      problem_.contacts.push_back(c);
-    };
+    const auto add = [&](std::span<const Vec3> axes) { problem_.contacts.push_back(couple(t, axes)); };
     const std::array<Vec3, 2> tangents{t.frame.col(1), t.frame.col(2)};
     const std::array<Vec3, 1> normal{t.frame.col(0)};
     if (t.law->rolling_resistance > 0) add(tangents);
     if (t.law->drilling_resistance > 0) add(normal);
+  }
+}
+
+/// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose, after all other rows: its work is the scheme's, as that of
+/// fixed points. Its bound goes by the impulses of the pass before.
+void IslandStepper::add_rocking_rows(double h, bool first_pass) {
+  constexpr std::size_t corners = 3;   // of a face, at least
+  rocking_rows_ = 0;
+  if (!sprung_) return;
+  const double arm = 0.1 * settings_.accuracy * length_;
+  for (std::size_t from = 0, to = 0; from < touches_.size(); from = to) {
+    const Touch& first = touches_[from];
+    std::size_t points = 0;
+    double pressed = 0;
+    bool swings = false;
+    for (; to < touches_.size() && touches_[to].a == first.a && touches_[to].b == first.b; ++to) {
+      const Touch& t = touches_[to];
+      if (t.row < 0 || t.stiffness == 0) continue;
+      ++points;
+      swings = swings || t.energetic;
+      pressed += std::max(0.0, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
+    }
+    if (!swings || points < corners || first.b < 0) continue;
+    const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(), [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
+    contact::ProblemContact c = couple(t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
+    c.cohesion = arm / rolling_arm(t) * pressed;
+    problem_.contacts.push_back(c);
+    ++rocking_rows_;
   }
 }
 

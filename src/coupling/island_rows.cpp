@@ -7,6 +7,7 @@
 #include "coupling/ground_laws.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
+#include "coupling/touch_spring.hpp"
 
 namespace talus::coupling {
 namespace {
@@ -351,7 +352,8 @@ void IslandStepper::fill_row(Touch& t, double h, bool first_pass) {
       if (by_rate) t.gap_ref = t.at.gap + h * u_ref[0];
       if (first_pass) t.indentation = -t.gap_ref;
       double slope = t.normal_law.slope(t.indentation);
-      const double force = mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, slope) : t.normal_law.force(t.indentation);
+      const bool balanced = !mean && !first_pass && !with_structure && (body_b.follows || (body_a != nullptr && body_a->follows));
+      const double force = mean ? mean_force(t, slope) : balanced ? t.balanced_force : t.normal_law.force(t.indentation);
       slope = std::max(slope, 1e-6 * t.stiffness);   // a level stretch of the law still needs a row
       const double spring = t.theta * h * h * slope, dashpot = t.theta * h * t.dashpot;
       c.compliance[0] = 1 / (spring + dashpot);
@@ -422,6 +424,7 @@ void IslandStepper::assemble(double h, bool lumped, bool first_pass) {
   double mass = 0;
   for (const Body& b : bodies_) mass += model_.blocks[static_cast<std::size_t>(b.block)].mass;
   add_held_rows(problem_, model_, bodies_, h, 1e6 * mass * (speed_ + h * model_.gravity.norm()));
+  add_rocking_rows(h, first_pass);
   finish_bodies();
   if (give) give_a_little(touches_, 0.1 * settings_.accuracy, problem_);
 }
@@ -452,7 +455,9 @@ void IslandStepper::finish_bodies() {
       double* const m = pool_.data() + pool_offset_[static_cast<std::size_t>(i)];
       Eigen::Map<MatX>(m, n, n) = b.free.mass.topLeftCorner(n, n);
       Eigen::Map<MatX>(m + n * n, n, n) = b.free.inverse.topLeftCorner(n, n);
-      Eigen::Map<VecX>(problem_.v_hat.data() + problem_.bodies[static_cast<std::size_t>(i)].offset, n) = b.free.velocity.head(n);
+      Eigen::Map<VecX> v_hat(problem_.v_hat.data() + problem_.bodies[static_cast<std::size_t>(i)].offset, n);
+      v_hat = b.free.velocity.head(n);
+      if (b.follows && n == 12) v_hat += b.free.inverse.rightCols<6>() * b.strain_lag;
     }
   });
   for (const NodeBody& n : nodes_) {

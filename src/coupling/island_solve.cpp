@@ -5,6 +5,7 @@
 #include "coupling/closeness.hpp"
 #include "coupling/island_body.hpp"
 #include "coupling/jammed.hpp"
+#include "coupling/touch_spring.hpp"
 #include "coupling/unearned.hpp"
 
 namespace talus::coupling {
@@ -113,7 +114,7 @@ bool IslandStepper::solve(double h, Effort effort) {
   }
   const bool small = problem_.contacts.size() <= many_contacts && !crowded_, still = fastest_ < 1e-6 * speed_;   // a certificate of rest is only as good as its residual
   // What is left unsolved of a bond is a motion that the next step stops, by more than the bond may bear.
-  const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end(), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
+  const bool bonded = std::any_of(problem_.contacts.begin(), problem_.contacts.end() - static_cast<std::ptrdiff_t>(rocking_rows_), [](const contact::ProblemContact& c) { return c.cohesion > 0 || c.tension > 0; });
   StepToSolve step{.h = h, .small = small, .still = still, .provisional = effort == Effort::provisional, .heap = in_heap(), .large = in_vast_heap() && !bonded, .again = stalled_ == h,
                    // Explicit sub-steps at structures lie far below what the accuracy asks, and nothing is located within them: no round-off either.
                    .sub_step = h > 0 && !condensed_ && !island_->structures.empty(), .blocks = !island_->blocks.empty(), .sprung = sprung_, .speed = speed_, .fastest = fastest_, .mean = mean_speed_,
@@ -198,7 +199,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
   std::vector<Vec3> last_c;
   std::vector<Quat> last_q;
   constexpr int most_passes = 12;   // while a spring's law is not met at the indentation reached
-  bool solved = true;
+  bool solved = true, followed = true;
   for (int pass = 0; pass < most_passes; ++pass) {
     assemble(h, lumped, pass == 0);
     if (lumped && jammed() && !in_large_heap()) ask_for_no_motion(touches_, problem_, h);
@@ -224,6 +225,7 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     if (!solved && (lumped || pass + 1 >= most_passes || residual_ > 1e-7)) return out;
     apply(h);
     if (!finite()) return out;
+    balance_springs(h);
     if (solved && strain_from_start()) {
       restore();
       begin_step(h, false);
@@ -235,7 +237,8 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     // Of time-stepped islands where the turning of the slip adds more to the error than a step may have.
     const bool turns = !lumped || (!from_start_ && (pass > 0 || swing_error(h) > error_limit()));
     const bool swung = !turns || swing(pass == 0);
-    const bool met = solved && swung && laws_met(h);
+    followed = laws_met(h);
+    const bool met = solved && swung && followed;
     double error = 0;
     for (std::size_t i = 0; pass > 0 && i < bodies_.size(); ++i) {
       const auto k = static_cast<std::size_t>(bodies_[i].block);
@@ -256,6 +259,8 @@ IslandStepper::Outcome IslandStepper::smooth(double h, bool lumped, int passes, 
     }
   }
   out.error = std::max(out.error, swing_error(h));
+  // Springs that open and close from pass to pass: a shorter step moves less.
+  if (!followed && std::any_of(bodies_.begin(), bodies_.end(), [](const Body& b) { return b.follows; })) out.error = std::max(out.error, 2 * error_limit());
   if (!island_->structures.empty()) collect_node_impulses();
   to_full_steps(h);
   book(h);
@@ -274,8 +279,15 @@ bool IslandStepper::laws_met(double h) const {
     }
     const contact::ProblemContact& c = problem_.contacts[static_cast<std::size_t>(t.row)];
     const double least = h * t.bond();   // pulled no harder than the bond holds
+    const auto follows = [&](int block) { return local_[static_cast<std::size_t>(block)] >= 0 && bodies_[static_cast<std::size_t>(local_[static_cast<std::size_t>(block)])].follows; };
+    if (t.spring == Mode::spring_end && t.b >= 0 && !deformable_structure(t) && (follows(t.b) || (t.a.kind == Partner::Kind::block && follows(t.a.index)))) {
+      constexpr double allowed = 1e-6;   // of the impulse
+      const double asked = h * (t.balanced_force - (t.dashpot > 0 ? t.dashpot * (parting(t)[0] - c.bias[0]) : 0.0));
+      if (std::abs(c.impulse[0] - std::max(asked, -least)) > allowed * (c.impulse[0] + h * t.stiffness * 1e-6 * settings_.accuracy * length_)) return false;
+      continue;
+    }
     double derivative = 0;
-    double force = t.mode == Mode::spring_mean ? t.normal_law.mean_force(-t.at.gap, t.indentation, derivative) : t.normal_law.force(t.indentation);
+    double force = t.mode == Mode::spring_mean ? mean_force(t, derivative) : t.normal_law.force(t.indentation);
     if (t.dashpot > 0) {
       const double u = t.u_ref - (t.indentation + t.gap_ref) / (t.theta * h);
       force -= t.dashpot * (t.mode == Mode::spring_mean ? 0.5 * (t.approach + u) : u);

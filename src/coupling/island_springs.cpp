@@ -2,9 +2,12 @@
 //
 //   spring_mean   p = -h k (g_n + g_np) / 2, trapezoid of the positions: order 2, keeps energy, for a step that resolves the spring
 //   spring_end    p = -h k g_np, positions and strains by the velocities at the end (dda::FlowRule::implicit_end): L-stable, rests where it
-//                 is, takes the energy of what it does not resolve, booked as algorithmic
+//                 is, takes the energy of what it does not resolve, booked as algorithmic; beside blocks of the trapezoid: island_quasistatic.cpp
 //
-// By accuracy, a spring that carries more motion than the accuracy allows to lose is resolved; one at rest is not.
+// Each block has the rule that its own frequency asks for. By accuracy, an oscillation of amplitude V/w that may not be lost is resolved. A block of mass m that
+// others press by F on its springs may lose one that never opens its contacts and is beneath the accuracy:
+//
+//   V <= max(sqrt(2 g a_q), w min(accuracy L, F/(m w^2))),    a_q = 0.1 accuracy L the height of a rebound that is none
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -45,6 +48,7 @@ void IslandStepper::weigh_springs() {
     Mat12 inverse;            // generalised mass
     Mat3 rotation, strain_map;
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+    double forces = 0;        // sum of their sizes [N]
     double rate_sq = 0;       // trace over its closed springs
   };
   std::vector<Weight> weights(bodies_.size());
@@ -67,6 +71,7 @@ void IslandStepper::weigh_springs() {
     if (body < 0) return;
     Weight& w = weights[static_cast<std::size_t>(body)];
     w.force += f;
+    w.forces += f.norm();
     w.moment += (x - state_.c[static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block)]).cross(f);
   };
   const double reachable = 1e-3 * length_;
@@ -91,30 +96,52 @@ void IslandStepper::weigh_springs() {
   }
   // A rebound below this height is beneath the accuracy asked for; without gravity, this part of the speeds around.
   const double quiet = std::max(std::sqrt(0.2 * settings_.accuracy * model_.gravity.norm() * length_), 0.1 * settings_.accuracy * speed_);
-  const auto acceleration = [&](int body, const Vec3& x) {
-    if (body < 0) return Vec3(Vec3::Zero());
+  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i].spring_rate_sq = weights[i].rate_sq;
+  /// Of a block on its springs.
+  struct Side {
+    double rate_sq = 0, quiet = 0;
+    Vec3 acceleration = Vec3::Zero();   // at the contact [m/s^2]
+    double swing(const Vec3& n, double approach, bool loaded) const { return std::sqrt(approach * approach + (loaded ? std::pow(n.dot(acceleration), 2) / rate_sq : 0.0)); }
+  };
+  const auto side = [&](int body, const Vec3& x, double least_rate_sq) {
+    Side s;
+    if (body < 0) return s;
     const Weight& w = weights[static_cast<std::size_t>(body)];
     const auto k = static_cast<std::size_t>(bodies_[static_cast<std::size_t>(body)].block);
     const Vec3 spin = w.inverse.block<3, 3>(3, 3) * w.moment;
-    return Vec3(model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]));
+    s.acceleration = model_.gravity + w.force / model_.blocks[k].mass + spin.cross(x - state_.c[k]);
+    s.rate_sq = std::max(w.rate_sq, least_rate_sq);
+    const double rate = 0.5 * std::sqrt(s.rate_sq), pressed = 0.5 * (w.forces - w.force.norm()) / model_.blocks[k].mass;   // forces in balance with each other
+    s.quiet = std::max(quiet, rate > 0 ? rate * std::min(settings_.accuracy * length_, pressed / (rate * rate)) : 0.0);
+    return s;
   };
   for (Touch& t : touches_) {
     if (t.stiffness == 0 || t.b < 0) continue;
     const int a = body_of(t.a), b = local_[static_cast<std::size_t>(t.b)];
-    const Vec12 jb = row(b, t.at.point_b, t.at.normal);
-    t.rate_sq = std::max(weights[static_cast<std::size_t>(b)].rate_sq,
-                         t.stiffness * jb.dot(weights[static_cast<std::size_t>(b)].inverse * jb));
-    if (a >= 0) t.rate_sq += weights[static_cast<std::size_t>(a)].rate_sq;
-    t.quiet_speed = quiet;
-    double amplitude_sq = t.approach * t.approach;
-    if (t.at.gap < 0 || t.pulls()) {
-      const double a_n = t.at.normal.dot(acceleration(b, t.at.point_b) - acceleration(a, t.at.point_a));
-      amplitude_sq += a_n * a_n / t.rate_sq;
+    const auto alone = [&](int body, const Vec3& x) {   // rate_sq of a spring that nothing else presses on
+      if (body < 0) return 0.0;
+      const Vec12 j = row(body, x, t.at.normal);
+      return t.stiffness * j.dot(weights[static_cast<std::size_t>(body)].inverse * j);
+    };
+    const Side of_a = side(a, t.at.point_a, alone(a, t.at.point_a)), of_b = side(b, t.at.point_b, alone(b, t.at.point_b));
+    const bool loaded = t.at.gap < 0 || t.pulls(), a_is_slow = a >= 0 && of_a.rate_sq < of_b.rate_sq;
+    t.rate_sq = of_a.rate_sq + of_b.rate_sq;
+    t.quiet_speed = a >= 0 ? std::min(of_a.quiet, of_b.quiet) : of_b.quiet;
+    // Of both sides against each other at the frequency of the faster one; where that is quiet, of the slower one alone.
+    Side both = a_is_slow || a < 0 ? of_b : of_a;
+    both.acceleration = of_b.acceleration - of_a.acceleration;
+    both.rate_sq = t.rate_sq;
+    const Side& slow = a_is_slow ? of_a : of_b;
+    t.swing_rate = std::sqrt(t.rate_sq);
+    t.swing_speed = both.swing(t.at.normal, t.approach, loaded);
+    t.energetic = t.swing_speed > both.quiet;
+    if (!t.energetic && a >= 0 && slow.rate_sq > 0) {
+      t.swing_rate = std::sqrt(slow.rate_sq);
+      t.swing_speed = slow.swing(t.at.normal, t.approach, loaded);
+      t.energetic = t.swing_speed > slow.quiet;
     }
-    t.energetic = amplitude_sq > quiet * quiet;
     // What crushes swings back by what it can hold, no farther.
-    const double held = t.normal_law.limit > 0 ? 0.5 * std::sqrt(t.rate_sq) * t.normal_law.limit / t.normal_law.stiffness : std::numeric_limits<double>::infinity();
-    t.swing_speed = std::min(std::sqrt(amplitude_sq), held);
+    if (t.normal_law.limit > 0) t.swing_speed = std::min(t.swing_speed, 0.5 * t.swing_rate * t.normal_law.limit / t.normal_law.stiffness);
   }
 }
 
@@ -124,7 +151,7 @@ double IslandStepper::spring_limit(double h, bool lumped) const {
     if (t.stiffness == 0 || !t.energetic || (leapfrog() && deformable_structure(t))) continue;   // there the rise of the force decides
     // The trapezoid turns half a swing of rate w and speed V into one that is longer by pi/w (h w)^2/12, which leaves its end off by V times that. A quarter
     // of what the accuracy allows is asked for, and 2 w = sqrt(rate_sq).
-    const double rate = std::sqrt(t.rate_sq), allowed = 6 / std::numbers::pi * settings_.accuracy * length_;
+    const double rate = t.swing_rate, allowed = 6 / std::numbers::pi * settings_.accuracy * length_;
     const double resolved = std::min(phase_asked(settings_.accuracy) * resolved_phase, std::sqrt(allowed * rate / t.swing_speed)) / rate;
     if (t.at.gap < -1e-9 * length_ || t.pulls() || (t.at.gap <= touch_gap() && t.approach < 0)) {
       limit = std::min(limit, resolved);
@@ -147,7 +174,7 @@ bool IslandStepper::share_end_rule(const Touch& t, double h) {
 }
 
 void IslandStepper::choose_springs(double h, bool lumped) {
-  for (Body& b : bodies_) b.end_rule = b.strains_at_end = false, b.leapfrog = leapfrog(), b.guarded = lumped && !leapfrog();
+  for (Body& b : bodies_) b.end_rule = b.follows = b.strains_at_end = false, b.strain_lag.setZero(), b.leapfrog = leapfrog(), b.guarded = lumped && !leapfrog();
   const auto body_of = [&](int block) -> Body* {
     const int l = local_[static_cast<std::size_t>(block)];
     return l < 0 ? nullptr : &bodies_[static_cast<std::size_t>(l)];
@@ -166,31 +193,29 @@ void IslandStepper::choose_springs(double h, bool lumped) {
     const double onset_sq = t.approach * t.approach + 2 * model_.gravity.norm() * std::max(0.0, t.at.gap);
     const bool meets = t.at.gap + h * t.approach - fall < 0 && (lumped || t.at.gap <= touch_gap() || onset_sq < t.quiet_speed * t.quiet_speed);
     if (t.at.gap > 0 && !meets && !t.pulls()) continue;
-    const bool resolved = h * std::sqrt(t.rate_sq) <= resolved_phase;
-    t.spring = resolved ? Mode::spring_mean : Mode::spring_end;
-    any_end = any_end || (!resolved && !deformable_structure(t));   // a condensed step is the trapezoid's, whatever the spring's rule
+    t.spring = h * std::sqrt(t.rate_sq) <= resolved_phase ? Mode::spring_mean : Mode::spring_end;
+    if (t.spring == Mode::spring_mean || deformable_structure(t)) continue;   // a condensed step is the trapezoid's, whatever the spring's rule
+    // Of the two the one whose own frequency the step does not resolve, both where they share it.
+    any_end = true;
+    Body *const b = body_of(t.b), *const a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
+    const double unresolved = 0.5 * resolved_phase * resolved_phase / (h * h), of_a = a != nullptr ? a->spring_rate_sq : 0.0, of_b = t.rate_sq - of_a;
+    if (a != nullptr && (of_a > unresolved || of_a > of_b)) a->end_rule = true;
+    if (of_b > unresolved || of_b >= of_a) b->end_rule = true;
   }
   sprung_ = island_->structures.empty() && std::any_of(touches_.begin(), touches_.end(), [](const Touch& t) { return t.spring != Mode::idle; });
-  // A body has one rule, so blocks that springs connect share it, and those that touch: held by its velocity at the end to one that goes half as far,
-  // it would part from it by the other half.
-  for (bool changed = any_end; changed;) {
+  if (!any_end) return;
+  // Those that touch share it: held by its velocity at the end to one that goes half as far, one would part from the other by the other half.
+  for (bool changed = lumped; changed;) {
     changed = false;
-    for (Touch& t : touches_) {
-      if (deformable_structure(t)) continue;
-      if (t.spring == Mode::idle) {
-        changed = (lumped && share_end_rule(t, h)) || changed;
-        continue;
-      }
-      Body* a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
-      Body* b = body_of(t.b);
-      if (t.spring == Mode::spring_end || b->end_rule || (a != nullptr && a->end_rule)) {
-        changed = changed || t.spring != Mode::spring_end || !b->end_rule || (a != nullptr && !a->end_rule);
-        t.spring = Mode::spring_end;
-        b->end_rule = true;
-        if (a != nullptr) a->end_rule = true;
-      }
-    }
+    for (const Touch& t : touches_)
+      if (t.spring == Mode::idle && !deformable_structure(t)) changed = share_end_rule(t, h) || changed;
   }
+  for (Touch& t : touches_) {
+    if (t.spring == Mode::idle || deformable_structure(t)) continue;
+    const Body* const a = t.a.kind == Partner::Kind::block ? body_of(t.a.index) : nullptr;
+    t.spring = body_of(t.b)->end_rule || (a != nullptr && a->end_rule) ? Mode::spring_end : Mode::spring_mean;
+  }
+  find_followers();
 }
 
 bool IslandStepper::cut_at_release(double& h) const {

@@ -5,7 +5,9 @@
 ///   closed          u_n^+ >= 0, tangential Coulomb on u_t^+                              1/2 (trapezoid)
 ///   end             g + h u_n^+ >= 0 (onset within the step, or held at its end)         1
 ///   spring_mean     p = h (mean force over the step) while h sqrt(k/m) < 0.5            1/2
-///   spring_end      p = h (force at its end), its loss booked as algorithmic             1
+///   spring_end      p = h (force at its end; beside what the step resolves less the part  1, of blocks that the step resolves 1/2
+///                   of it that is the other side's motion, island_quasistatic.cpp), its
+///                   loss booked as algorithmic
 ///   spring_secant   p = h (U(d_np) - U(d_0)) / (d_np - d_0), no loss: d = -g, at a structure, whose velocities live at half steps, d_0 of
 ///                   the step before                                                      1
 ///   bilateral       fixed point: u^+ = -drift                                            1/2
@@ -55,7 +57,8 @@ struct Touch {
   double shear_stiffness = 0;
   double dashpot = 0;            // its share of 2 zeta sqrt(K m), K of the pair's closed points, m in series [N s/m]
   double rate_sq = 0;            // bound on the square of the fastest frequency that the spring takes part in [1/s^2]
-  double swing_speed = 0;        // amplitude of the speed of that swing, by its present speed and acceleration [m/s]
+  double swing_rate = 0;         // of the fastest of its oscillations that the accuracy asks to be resolved, as the root of rate_sq [1/s]
+  double swing_speed = 0;        // amplitude of the speed of that oscillation, by its present speed and acceleration [m/s]
   double quiet_speed = 0;        // normal speed below which an oscillation on the spring is beneath the accuracy asked for [m/s]
   bool energetic = false;        // it oscillates, or will, by more than that
   Mode spring = Mode::idle;      // rule of this step if it is sprung
@@ -94,6 +97,7 @@ struct Touch {
   int row = -1;                  // contact index in the problem
   double gap_ref = 0, u_ref = 0; // gap and normal velocity at the end of the linearisation [m], [m/s]
   double indentation = 0;        // at the end of the step by the last solution, where the law is linearised [m]
+  double balanced_force = 0;     // by which a spring_end of a block that others press acts over the step, by the last solution (island_quasistatic.cpp) [N]
   Vec3 impulse = Vec3::Zero();   // solution in the frame [N s]
   double ploughing = 0;          // part of the row's cohesion that the ground in the way gives [N s]
   double width = 0;              // its part of the width of the pair's contact, where the law ploughs [m]

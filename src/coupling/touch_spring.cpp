@@ -202,4 +202,13 @@ void relieve(Touch& t, const StructurePart& part) {
   (linear ? t.normal_law.stiffness : t.normal_law.relief) = linear ? t.stiffness : compliance;
 }
 
+double mean_force(const Touch& t, double& derivative) {
+  const double x0 = -t.at.gap, x1 = t.indentation;
+  const bool closes = x0 < 0 && x1 > 0 && !t.pulls() && !t.normal_law.bed && t.law->kind == ContactLaw::Kind::linear;
+  if (!closes) return t.normal_law.mean_force(x0, x1, derivative);
+  const double mean = t.normal_law.work(x1) / (x1 - x0);
+  derivative = (t.normal_law.force(x1) - mean) / (x1 - x0);
+  return mean;
+}
+
 }  // namespace talus::coupling

@@ -13,6 +13,10 @@ const ContactMemory* recall(const std::vector<ContactMemory>& memory, std::uint6
 /// Springs and law of a contact point. `crushed`: indentation lost for good in earlier steps [m].
 void set_spring(Touch& t, const dda::Model& m, double crushed, bool moving_skin);
 
+/// Mean force of a spring over the step, from its start to the indentation of the last solution, and its derivative by the latter [N], [N/m]. Its work is that of the law, also
+/// of a contact that closes within the step; one that opens, or is open, has the linear law's below 0, which a row cuts and which makes no energy.
+double mean_force(const Touch& t, double& derivative);
+
 /// Whether a spring in N/m gives less than the touched cell of a structure (Young's modulus [Pa], edge of its face [m]) does of its own, at whatever
 /// point of the face: the cell gives more than both should, and the contact is hard. One with a dashpot stays a spring.
 bool within_cell(const ContactLaw& law, double young, double edge);
