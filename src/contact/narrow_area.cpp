@@ -4,7 +4,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 struct AreaScratch {
   std::vector<ClipVertex> polygon, clipped;

@@ -3,7 +3,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// Support edge of h parallel to d, highest along n.
 int support_edge(const Hull& h, const Vec3& d, const Vec3& n) {

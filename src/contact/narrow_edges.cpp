@@ -5,7 +5,7 @@ namespace talus::contact::narrow {
 namespace {
 
 /// Eight edges that follow each other, which lie beside each other for the most part, and the box about them.
-constexpr std::size_t bunch = 8;
+constexpr std::size_t edges_together = 8;
 constexpr double as_deep = 0.1;   // of the overlap of crossed edges, how deep each lies in the other body: sine of half the angle of a sharp one,
 constexpr double between = 0.05;  // and the point midway, over half of the overlap
 
@@ -13,7 +13,7 @@ void enclose(const std::vector<Patch::Edge>& edges, std::vector<Box3>& own, std:
   own.clear();
   bunches.clear();
   for (std::size_t i = 0; i < edges.size(); ++i) {
-    if (i % bunch == 0) bunches.emplace_back();
+    if (i % edges_together == 0) bunches.emplace_back();
     own.emplace_back(Vec3(edges[i].a.cwiseMin(edges[i].b)), Vec3(edges[i].a.cwiseMax(edges[i].b)));
     bunches.back().extend(own.back());
   }
@@ -51,8 +51,8 @@ void edge_edge(const Search& s, std::vector<ContactPoint>& out) {
     const Vec3 da = a.b - a.a;
     const double la = da.norm();
     for (std::size_t i = 0; i < s.B.edges.size(); ++i) {
-      if (i % bunch == 0 && beyond(bunches[i / bunch], lo, hi)) {
-        i += bunch - 1;
+      if (i % edges_together == 0 && beyond(bunches[i / edges_together], lo, hi)) {
+        i += edges_together - 1;
         continue;
       }
       if (beyond(boxes[i], lo, hi)) continue;

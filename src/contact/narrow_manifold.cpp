@@ -3,7 +3,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double nearly_flat_cosine = 0.9962;  // 5 degrees
 constexpr int most_points = 8;
 

@@ -7,11 +7,14 @@
 #pragma once
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "contact/detect.hpp"
 
 namespace talus::contact::narrow {
+
+inline constexpr double infinity = std::numeric_limits<double>::infinity();
 
 /// What kind of features meet; the top four bits of a FeatureKey.
 enum class Form : std::uint64_t { vertex_face = 1, face_vertex, edge_edge, vertex_vertex, vertex_edge, edge_vertex };

@@ -6,7 +6,6 @@
 namespace talus::contact::narrow {
 namespace {
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr double sharpest_notch = 4;        // tangent of half the angle by which its faces turn: 150 degrees
 
 /// About a triangle: its centroid and how far it reaches from there.
