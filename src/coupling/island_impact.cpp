@@ -32,10 +32,11 @@ double IslandStepper::speed_of_none() const {
 
 double IslandStepper::impact_speed(const Touch& t) const {
   // Slower than this a touch is resting contact, not an impact, and restitution is nil. A touch that carried force in the last
-  // step moves at its normal only by what the step's own error leaves.
+  // step moves at its normal only by what the step's own error leaves; one that meets slower than the error of a step is brought
+  // to rest by the step's own row, as a gap that drift has left open is closed (fill_row).
   if (t.persistent) return 1e-4 * speed_;
-  if (!t.law->restitution) return 1e-9 * speed_;
-  return std::max(1e-10 * speed_, slow_speed());
+  if (!t.law->restitution) return std::max(1e-9 * speed_, speed_of_none());
+  return slow_speed();
 }
 
 bool IslandStepper::meets_hard(const Touch& t) const {

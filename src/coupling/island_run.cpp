@@ -12,7 +12,8 @@
 namespace talus::coupling {
 namespace {
 constexpr double lengthening = 1.02;   // of a step at a structure, at most
-constexpr double most_work = 20000;    // contacts times factorisations that events may cost per step of a large island, or `dearer` times what such a step costs itself
+constexpr double most_work = 10000;    // contacts times factorisations that events may cost per step of a large island, or `dearer` times what such a step costs itself
+constexpr double factorisations = 15;  // of a time step, or of an event
 constexpr int most_grazes = 10;        // steps of a stretch cut short by an onset that was none
 
 /// The longest of equal parts of a time that is at most h [s].
@@ -138,10 +139,12 @@ IslandReport IslandStepper::run(double t, double duration) {
   return report_;
 }
 
-/// For the rest of the stretch: its steps are others, and so is what they reach.
+/// For the rest of the stretch: its steps are others, and so is what they reach. Time steps lose energy of first order in their length: they are as short as the
+/// work that events have taken in vain would have paid for over the stretch, so that neither costs more than the other.
 void IslandStepper::go_time_stepped() {
   crowded_ = true;
-  suggested_ = 0;
+  const auto closed = static_cast<double>(std::ranges::count_if(touches_, [&](const Touch& t) { return t.at.gap <= near_gap(); }));
+  suggested_ = work_ > 0 ? stretch_ * factorisations * closed / work_ : 0;
   found_for_ = -1;
 }
 
@@ -154,7 +157,6 @@ bool IslandStepper::too_much_happens(double duration) const {
 /// Events are worth their exactness as long as they cost no more than so many steps of a large island would: each of those `most_work`.
 bool IslandStepper::costs_too_much(double duration, bool rebounds_alone) const {
   // What it costs to locate every contact that will close, at the closed contacts that each of them shakes.
-  constexpr double factorisations = 15;
   const double fall = duration * duration * model_.gravity.norm();
   double closed = 0, closing = 0;
   for (std::size_t i = 0; i < touches_.size(); ++i) {
@@ -178,6 +180,7 @@ double IslandStepper::next_length(const Trial& trial, double duration, double lo
   if (with_structure && !condensed_ && (suggested_ > 0 || island_->blocks.empty())) follow_skins(expected);
   find(expected);
   double h = step_limit(remaining, trial.lumped);
+  if (crowded_ && suggested_ > 0) h = std::min(h, suggested_);
   if (condensed_) {
     const double length = condensed_length(trial.start, duration, remaining, h);
     condensed_ = length > 0;
