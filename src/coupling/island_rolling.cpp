@@ -68,7 +68,7 @@ void IslandStepper::add_rolling_rows() {
 }
 
 /// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose, after all other rows: its work is the scheme's, as that of
-/// fixed points. Its bound goes by the impulses of the pass before.
+/// fixed points. Its bound goes by the impulses of the pass before, and by what comes.
 void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   constexpr std::size_t corners = 3;   // of a face, at least
   rocking_rows_ = 0;
@@ -84,7 +84,8 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
       if (t.row < 0 || t.stiffness == 0) continue;
       ++points;
       swings = swings || t.energetic;
-      pressed += std::max(0.0, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
+      const double meets = std::max(0.0, -t.approach) * t.stiffness / t.rate_sq;   // impulse that stops its part of the masses [N s]
+      pressed += std::max(meets, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
     }
     if (!swings || points < corners || first.b < 0) continue;
     const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(), [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
