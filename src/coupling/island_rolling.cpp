@@ -68,7 +68,7 @@ void IslandStepper::add_rolling_rows() {
 }
 
 /// A couple for each pair whose springs press on a face and carry more motion than the accuracy may lose, after all other rows: its work is the scheme's, as that of
-/// fixed points. Its bound goes by the impulses of the pass before.
+/// fixed points. Its bound goes by the impulses of the pass before, of a contact that begins by what comes.
 void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   constexpr std::size_t corners = 3;   // of a face, at least
   rocking_rows_ = 0;
@@ -77,19 +77,20 @@ void IslandStepper::add_rocking_rows(double h, bool first_pass) {
   for (std::size_t from = 0, to = 0; from < touches_.size(); from = to) {
     const Touch& first = touches_[from];
     std::size_t points = 0;
-    double pressed = 0;
+    double pressed = 0, meets = 0;
     bool swings = false;
     for (; to < touches_.size() && touches_[to].a == first.a && touches_[to].b == first.b; ++to) {
       const Touch& t = touches_[to];
       if (t.row < 0 || t.stiffness == 0) continue;
       ++points;
       swings = swings || t.energetic;
+      meets += std::max(0.0, -t.approach) * t.stiffness / t.rate_sq;   // impulse that stops its part of the masses [N s]
       pressed += std::max(0.0, first_pass ? h * t.at.normal.dot(t.warm) : t.impulse[0]);
     }
     if (!swings || points < corners || first.b < 0) continue;
     const auto& t = *std::find_if(touches_.begin() + static_cast<std::ptrdiff_t>(from), touches_.end(), [](const Touch& of) { return of.row >= 0 && of.stiffness > 0; });
     contact::ProblemContact c = couple(t, std::array<Vec3, 2>{t.frame.col(1), t.frame.col(2)});
-    c.cohesion = arm / rolling_arm(t) * pressed;
+    c.cohesion = arm / rolling_arm(t) * (pressed > 0 ? pressed : meets);
     problem_.contacts.push_back(c);
     ++rocking_rows_;
   }

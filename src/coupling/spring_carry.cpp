@@ -139,6 +139,8 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
     p.last = *found;
     std::erase(lost, *found);
   }
+  // Indented by so little of the gap that the geometry finds, it touches by the round-off of the time at which the step ended.
+  constexpr double opened = 1e-3;
   // What stays keeps its indentation; what changed its stiffness or appeared takes what the pair has left of its energy.
   const auto held = [&](const ContactMemory& m) { return half_steps && !springs.empty() ? held_at_end(m, *springs.front().touch->law) : m.normal_energy; };
   double budget = 0, need = 0, pulling = 0;
@@ -149,7 +151,7 @@ void carry_springs(const CandidatePair& pair, std::span<Touch> touches, const st
   for (Spring& p : springs) {
     Touch& t = *p.touch;
     if (p.last != nullptr && std::abs(p.last->stiffness - t.normal_law.stiffness) <= 1e-9 * t.normal_law.stiffness) {
-      p.depth = p.last->indentation > 0 ? p.last->indentation : std::min(0.0, -t.at.gap);
+      p.depth = p.last->indentation > opened * t.at.gap && p.last->indentation > 0 ? p.last->indentation : std::min(0.0, -t.at.gap);
       continue;
     }
     const ContactMemory* model = p.last != nullptr ? p.last : t.at.gap < 0 ? nearest_alike(all, t) : nullptr;
