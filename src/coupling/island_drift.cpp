@@ -9,7 +9,7 @@
 //
 // symbol   meaning                                                                  unit
 // d_i      farthest way of a point of body i by the correction                      m
-// s        way of its farthest point in the step, and what a fall may have added    m
+// s        way of its farthest point in the step, and what a fall may have added; of a structure that of its skin    m
 // r, k     radius of the block; its largest radius of gyration                      m
 // o        deepest overlap of a pair's hard contacts at the start of the step, which add up along a column    m
 //
@@ -99,7 +99,11 @@ bool IslandStepper::drift_beyond_motion(double h) const {
     corrected = corrected || before_drift_.poses[i].c != state_.c[static_cast<std::size_t>(bodies_[i].block)];
   }
   if (!corrected) return false;
+  const double skins = island_->structures.empty() ? 0 : 2 * h * fastest_skin();   // twice, since the start of the step may have been faster
   for (const CandidatePair& pair : island_->pairs) {
+    if (pair.a.kind == Partner::Kind::structure) {
+      if (const int b = local_[static_cast<std::size_t>(pair.b)]; b >= 0) allowed[static_cast<std::size_t>(b)] = std::max(allowed[static_cast<std::size_t>(b)], way[static_cast<std::size_t>(b)] + skins);
+    }
     if (pair.a.kind != Partner::Kind::block) continue;
     const int a = local_[static_cast<std::size_t>(pair.a.index)], b = local_[static_cast<std::size_t>(pair.b)];
     if (a < 0 || b < 0) continue;
