@@ -119,7 +119,7 @@ TEST(Preload, MayMoveASkinIntoABlockThatIsFlush) {
 TEST(Pieces, GetNamesThatNoBlockHas) {
   SceneText s(Method::by_accuracy(1e-2), 0.12, Vec3(0, 0, -9.81), "initial_state = \"" TALUS_SOURCE_DIR "/CMakeLists.txt\"");   // is there, and nobody reads it here
   s.history(2e-2).material("concrete", 2450, "f_cm = \"30 MPa\"").material("rock", 2600).interface("*", "*", 0.5);
-  s.box("pier.fragment1", Vec3::Ones(), Vec3(6, 0, 0.5)).box("striker", Vec3(0.8, 0.8, 0.8), Vec3(-1.2, 0.05, 1.6), velocity(Vec3(15, 0, 0)));
+  s.box("pier.fragment1", Vec3::Ones(), Vec3(6, 0, 0.5)).box("striker", Vec3(0.8, 0.8, 0.8), Vec3(-1.2, 0.05, 1.6), velocity(Vec3(30, 0, 0)));
   const Outcome o = run_scene(s.raw("[[structure]]\nname = \"pier\"\nkind = \"column\"\nmaterial = \"concrete\"\nbase = [0, 0, 0]\nsection = [0.4, 0.4]\nheight = 3.0\ncell_size = \"0.2 m\"\ndamage = \"concrete\"\n").str());
   ASSERT_TRUE(o.ok()) << o.result.message;
   const auto& blocks = o.simulation->header().blocks;

@@ -53,8 +53,8 @@ SceneText wall(const std::string& law) {
 // Each of the some nine islands that it comes to has steps of its own.
 TEST(Crowded, WallHitByABall) { costs(run_scene(wall("restitution = 0").str()), 120000, 5000); }
 
-// A tenth of a millimetre in the place of the ball doubles its steps; factorisations hardly change.
-TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 120000, 4000); }
+// A tenth of a millimetre in the place of the ball makes 2,900 to 4,700 steps of it, at 90,000 to 153,000 factorisations.
+TEST(Crowded, BondedWallHitByABall) { costs(run_scene(wall("cohesion = 5e4\ntension = 2e4").str()), 180000, 6000); }
 
 /// The first of ten slabs on end is pushed over.
 TEST(Crowded, RowOfDominoes) {

@@ -62,7 +62,12 @@ TEST(Standing, HardTowerOnSoftGroundSinksToItsRest) {
     const Outcome o = run_scene(s.str());
     ASSERT_TRUE(o.ok());
     const double sinks = weight / (4 * stiffness);   // four corners
-    for (int i = 0; i < cubes; ++i) EXPECT_LT((o.last().position[static_cast<std::size_t>(i)] - Vec3(0, 0, 0.5 + i - sinks)).norm(), 0.02 * sinks) << cubes << ", " << i;
+    for (int i = 0; i < cubes; ++i) {
+      const Vec3 off = o.last().position[static_cast<std::size_t>(i)] - Vec3(0, 0, 0.5 + i - sinks);
+      EXPECT_LT(std::abs(off.z()), 0.02 * sinks) << cubes << ", " << i;
+      // It sways from round-off, and the couple that the accuracy leaves a face holds it where it leans: a tenth of the accuracy.
+      EXPECT_LT(off.head<2>().norm(), 1e-4) << cubes << ", " << i;
+    }
     // Not above what springs give back as it sinks; a hard joint held by a rule that its blocks do not go by lost and made 33 kJ of thirteen blocks.
     for (const sim::HistoryRow& row : o.rows) {
       EXPECT_LT(row.ledger.kinetic, 0.5 * weight * sinks) << cubes << ", " << row.time;
