@@ -131,13 +131,8 @@ class Bound {
   double of_centre_[orders];   // of h^(k), what is the same for all vertices
 };
 
-struct Situation {
-  double gap;
-  Vec3 normal;  // out of A
-};
-
-/// Poses both, relative to A's centroid, and finds the axis. `enough`: beyond this the exact value does not matter.
-Situation look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
+/// Poses both, relative to A's centroid, and finds the axis.
+narrow::SignedAxis look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
   const Pose pa = A.motion->at(s), pb = B.motion->at(s);
   const Vec3 between = pb.c - pa.c;
   a.set(*A.p, Vec3::Zero(), pa.F);
@@ -149,8 +144,7 @@ Situation look(const Mover& A, const Mover& B, double s, Hull& a, Hull& b) {
     a.extent(sep.normal, lo, hi);
     if (b.min_height(sep.normal) - hi > 0.99 * sep.distance) return {sep.distance, sep.normal};
   }
-  const auto axis = narrow::signed_axis(a, b);
-  return {axis.gap, axis.normal};
+  return narrow::signed_axis(a, b);
 }
 
 double extent_up(const Hull& h, const Vec3& n) {
@@ -174,7 +168,7 @@ double advance(const Mover& A, const Mover& B, double from, double to, const Lev
   Hull &a = advance_scratch.a, &b = advance_scratch.b;
   double s = from;
   for (int iteration = 0; iteration < most_advances; ++iteration) {
-    const Situation now = look(A, B, s, a, b);
+    const narrow::SignedAxis now = look(A, B, s, a, b);
     if (now.gap <= levels.stop) return s;
     if (s >= to) return never;
     // The axis turns with the body whose face or edge it stands on; closest points do not tell which that is, so the better bound counts.

@@ -172,9 +172,9 @@ SignedAxis signed_axis(Hull& a, Hull& b) {
   const bool small = !a.p->axis_edges.empty() && !b.p->axis_edges.empty() &&
                      a.p->axis_edges.size() * b.p->axis_edges.size() <= 36;
   const EdgeAxis edge = small ? best_edges_small(a, b, infinity) : best_edges_large(a, b, 1e-6 * std::min(a.p->radius, b.p->radius));
-  SignedAxis best{of_a.gap, a.normal(of_a.face), 0};
-  if (of_b.gap > best.gap + touch) best = {of_b.gap, -b.normal(of_b.face), 1};
-  if (edge.gap > best.gap + touch) best = {edge.gap, edge.normal, 2};
+  SignedAxis best{of_a.gap, a.normal(of_a.face)};
+  if (of_b.gap > best.gap + touch) best = {of_b.gap, -b.normal(of_b.face)};
+  if (edge.gap > best.gap + touch) best = {edge.gap, edge.normal};
   return best;
 }
 

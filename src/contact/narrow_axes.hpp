@@ -31,11 +31,10 @@ EdgeAxis best_edges_small(const Hull& A, const Hull& B, double stop);
 /// (arcs that cross on the Gauss map).
 EdgeAxis best_edges_large(const Hull& A, const Hull& B, double grow);
 
-/// The best of all face and edge axes: largest gap (negative: least overlap). Owner 0: a face of A, 1: a face of B, 2: edges.
+/// The best of all face and edge axes: largest gap (negative: least overlap).
 struct SignedAxis {
   double gap;
   Vec3 normal;  // out of A
-  int owner;
 };
 SignedAxis signed_axis(Hull& a, Hull& b);
 

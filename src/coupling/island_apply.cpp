@@ -6,9 +6,6 @@
 #include "coupling/island_body.hpp"
 
 namespace talus::coupling {
-namespace {
-
-}  // namespace
 
 void IslandStepper::linearise_at(Body& b, const Quat& q_end) {
   b.turn = dda::rotation_vector(q_end * b.q0.conjugate());
